@@ -9,7 +9,6 @@ import urllib.request
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from shutil import copyfileobj
-from typing import Self
 
 FILES = {
     "/": "text/html; charset=utf-8",
@@ -32,20 +31,17 @@ def policy(source: str) -> str:
 
 
 class Page:
-    """Serves the page on a port of its own, within its `with` block."""
+    """Serves the page on a port of its own until it is closed. Raises OSError where the port is taken."""
 
     def __init__(self, bind: str, port: int, files: str, source: str) -> None:
         """`files`: the address of Rerun's own page, without a slash at its end; `source`: that of its data."""
         handler = type("Handler", (_Handler,), {"files": files, "policy": policy(source)})
         self._server = ThreadingHTTPServer((bind, port), handler)
         self._server.daemon_threads = True
-        self._thread = threading.Thread(target=self._server.serve_forever, name="view-page", daemon=True)
+        threading.Thread(target=self._server.serve_forever, name="view-page", daemon=True).start()
 
-    def __enter__(self) -> Self:
-        self._thread.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
+    def close(self) -> None:
+        """Serve no more."""
         self._server.shutdown()
         self._server.server_close()
 

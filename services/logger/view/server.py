@@ -57,6 +57,8 @@ class Server:
     def __enter__(self) -> Self:
         for port in (self._port, self._web_port, self._own_port):
             require_free(self._bind, port)
+        own, source = (f"http://{self._host}:{port}" for port in (self._own_port, self._port))
+        self._page = Page(self._bind, self._web_port, own, source)
         binary = str(Path(rerun_cli.__file__).parent / "rerun")
         # settings of its own: analytics are off here, and the user's are left alone
         environment = {**os.environ, "XDG_CONFIG_HOME": self._scratch.name}
@@ -72,15 +74,13 @@ class Server:
             preexec_fn=_die_with_parent if sys.platform == "linux" else None,
         )  # fmt: skip
         self._wait_ready(self._process)
-        own, source = (f"http://{self._host}:{port}" for port in (self._own_port, self._port))
-        self._page = Page(self._bind, self._web_port, own, source).__enter__()
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         if self._page is not None:
-            self._page.__exit__()
+            self._page.close()
         if self._process is not None:
             self._process.terminate()
             try:

@@ -38,14 +38,12 @@ def is_kept(topic: topics.Topic[msgspec.Struct], message: msgspec.Struct) -> boo
     if topic.name in KEPT or topic.logged == "foxglove_image":
         return True
     if isinstance(message, TraceRecord):
-        return _told(message.decision, message.advisory)
-    if isinstance(message, Decision):
-        return message.kind != "SILENT" or bool(message.act_withheld)
-    return isinstance(message, Advisory) and (message.kind != "SILENT" or bool(message.act_withheld))
+        return _acts(message.decision) or _acts(message.advisory)
+    return isinstance(message, Decision | Advisory) and _acts(message)
 
 
-def _told(decision: Decision, advisory: Advisory) -> bool:
-    return decision.kind != "SILENT" or advisory.kind != "SILENT" or bool(decision.act_withheld)
+def _acts(word: Decision | Advisory) -> bool:
+    return word.kind != "SILENT" or bool(word.act_withheld)
 
 
 class Withholding:
