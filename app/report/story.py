@@ -83,7 +83,7 @@ def _story(number: int, spoken: Spoken, begin_ns: int, files: str, at_hand: AtHa
 
 
 def picture_of(spoken: Spoken) -> str:
-    """The picture that was decided on, with the boxes, as a JPEG in base64; empty where there is none that can be read."""
+    """The picture that was decided on, with the boxes, as a JPEG in base64; empty without a readable picture."""
     pixels = unpacked(spoken.jpeg) if spoken.jpeg else None
     if pixels is None:
         return ""

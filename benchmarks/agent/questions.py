@@ -75,7 +75,7 @@ def scored(question: Question, called: Iterable[str], answer: str) -> Scored:
 
 
 def value_at(result: Any, path: str) -> Any:
-    """A value by its path. Raises LookupError where there is none."""
+    """A value by its path. Raises LookupError for a path that leads nowhere."""
     for step in path.split("."):
         result = result[int(step)] if isinstance(result, list) else result[step]
     return result

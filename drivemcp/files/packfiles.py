@@ -40,7 +40,7 @@ def folder_of(name: str) -> Path:
 
 
 def read_regular(path: Path, at_most: int = MAX_BYTES) -> bytes:
-    """A regular file of bounded size. Raises OSError: a link, a pipe, a device or a folder is none and is never waited for."""
+    """A regular file of bounded size. Raises OSError for a link, a pipe, a device or a folder, without waiting for it."""
     mode = path.lstat().st_mode
     if stat.S_ISREG(mode):
         with open(os.open(path, os.O_RDONLY | _SAFELY), "rb") as file:

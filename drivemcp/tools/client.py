@@ -299,7 +299,7 @@ class ToolClient:
         if reply is None:
             if not gone:
                 return msgspec.structs.replace(base, error="no answer before the deadline")
-            why = CANCELLED if pending.cancelled else "nobody answered: the server is gone"
+            why = CANCELLED if pending.cancelled else "no answer came: the server is gone"
             return msgspec.structs.replace(base, status="unavailable", error=why)
         return _with_error(base, reply.error) if reply.error is not None else _with_result(base, reply.payload or b"")
 

@@ -20,7 +20,7 @@ def unknown_tool(name: str, known: tuple[str, ...]) -> str:
 
 
 def impossible(value: Any, path: str = "") -> str:
-    """The path of the first number in the arguments that is NaN or infinite, which JSON cannot carry; empty: there is none."""
+    """The path of the first number in the arguments that is NaN or infinite, which JSON cannot carry; empty: all are finite."""
     if isinstance(value, float) and not math.isfinite(value):
         return path or "-"
     inside = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list | tuple) else ()

@@ -21,7 +21,7 @@ _FILE = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
 
 
 class Drives:
-    """The drives of one folder. `folder` None: there is none."""
+    """The drives of one folder; None: no folder, and so no drives."""
 
     def __init__(self, folder: Path | None) -> None:
         self._folder = folder
@@ -39,7 +39,7 @@ class Drives:
         return tuple(name for _, name in sorted(found, reverse=True)[:MOST_DRIVES])
 
     def report(self, name: str) -> str:
-        """The page. Raises OSError: one of `NO_REPORT` where there is none."""
+        """The page. Raises OSError, for a report that is not there with one of `NO_REPORT`."""
         if self._folder is None or not _NAME.fullmatch(name):
             raise FileNotFoundError(errno.ENOENT, name)
         above = os.open(self._folder, _FOLDER & ~os.O_NOFOLLOW)

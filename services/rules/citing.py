@@ -37,7 +37,7 @@ def _cited(pack: Pack, name: str, language: str) -> Citation | None:
 
 
 def paragraph_at(packs: Mapping[str, Pack], document: str, offset: int) -> CitedParagraph | None:
-    """The text that a citation of `document` at `offset` points at, or the one that holds this character; None: there is none.
+    """The text that a citation of `document` at `offset` points at, or the one that holds this character; None: no text is cited there.
 
     The pack's id is compared without regard to case: clients write the first part of an address small.
     """

@@ -57,7 +57,7 @@ class LogFolder:
         return found, False
 
     def find(self, path: str) -> Path:
-        """The log that a caller names. Raises UserError where it is none, lies elsewhere or is too large."""
+        """The log that a caller names. Raises UserError for what is no log, lies elsewhere or is too large."""
         shown, base = repr(path[:80]), self._open()
         try:
             found = (base / path).resolve()

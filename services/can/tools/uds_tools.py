@@ -156,7 +156,7 @@ def _vin(vehicle: Vehicle, timeout_s: float) -> VinAnswer:
 
 
 def _text(answer: bytes) -> str | None:
-    """The number in a positive answer; None where there is none."""
+    """The number in a positive answer; None for any other answer."""
     text = "" if obd.is_negative(answer) else str(obd.decode(answer).get("vin", ""))
     return text if LIKE_NUMBER.fullmatch(text) else None
 
@@ -177,7 +177,7 @@ def _unit(request_id: int | str, response_id: int | str) -> int:
 def _data(
     vehicle: Vehicle, dids: list[int | str], request_id: int | str, response_id: int | str, timeout_s: float
 ) -> UdsData:
-    """One after another; the first that nobody answers ends it, so that silence is waited for once."""
+    """One after another; the first without an answer ends it, so that silence is waited for once."""
     values: list[DataValue] = []
     try:
         unit = _unit(request_id, response_id)

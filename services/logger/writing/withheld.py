@@ -1,4 +1,4 @@
-"""What a log leaves out for privacy: hashed with the logger's key, so that whoever has the originals can prove that they are meant.
+"""What a log leaves out for privacy: hashed with the logger's key, so that the owner of the originals can prove that they are meant.
 
 A plain hash of a speed could be found by trying all speeds; a keyed one cannot, without the key.
 """
