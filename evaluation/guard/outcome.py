@@ -144,5 +144,5 @@ def _physics_mps(told: Told) -> float:
 def _undoubted(decision: Decision, profile: Profile) -> Track | None:
     actors = decision.own.get("reading", {}).get("view", {}).get("actors", ())
     tracks = [msgspec.convert(each, Track) for each in actors]
-    closing = [each for each in tracks if undoubted(each, profile) and each.vx_mps < 0.0]
+    closing = [each for each in tracks if undoubted(each, profile, gives_way=False) and each.vx_mps < 0.0]
     return min(closing, key=lambda each: each.x_m, default=None)

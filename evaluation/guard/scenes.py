@@ -11,8 +11,11 @@ from typing import Any, Literal
 import msgspec
 
 from evaluation.metrics.conflicts import EGO_LENGTH_M
+from services.simulator.road.layout import SIDE_ROAD_M
+from services.simulator.road.route import JUNCTION_AFTER_LINE_M
 from services.simulator.scenario.plan import (
     BendPlan,
+    CrossCarPlan,
     CrosserPlan,
     EgoPlan,
     FaultPlan,
@@ -27,6 +30,7 @@ from services.simulator.scenario.plan import (
     WalkersPlan,
     WaterPlan,
     WeatherPlan,
+    YieldPlan,
 )
 
 Ground = Literal["dry", "wet", "weak brakes"]
@@ -35,6 +39,9 @@ Kind = Literal["avoid", "pass"]
 Plans = dict[str, Any]
 WIDTH_M, START_M = 3.5, 20.0
 WALKS_MPS = 5.0 / 3.6
+SIDE_MPS, SIDE_HALTS_MPS2 = 28.0 / 3.6, 3.0
+SIDE_WAY_M = SIDE_ROAD_M - 6.0
+"""From where a car of a side road sets off to the road's edge."""
 LEADS_S = 6.0
 """So long before contact the car sets off; longer at low speeds, so that a picture shows what stands."""
 LEAST_M = 60.0
@@ -133,6 +140,26 @@ def _walks_up(speed_mps: float) -> Plans:
     return {"crossers": (person,), "road": _road(1)}
 
 
+def _from_the_side(speed_mps: float) -> Plans:
+    """Both would be at one place at one time."""
+    return _junction(speed_mps, SIDE_WAY_M / SIDE_MPS, CrossCarPlan(speed_kmh=SIDE_MPS * 3.6, when_ego_within_m=1.0))
+
+
+def _halts_aside(speed_mps: float) -> Plans:
+    """The car stands a second before the ego comes."""
+    halts_s = SIDE_WAY_M / SIDE_MPS + SIDE_MPS / (2.0 * SIDE_HALTS_MPS2)
+    car = CrossCarPlan(speed_kmh=SIDE_MPS * 3.6, when_ego_within_m=1.0, halts_mps2=SIDE_HALTS_MPS2)
+    return _junction(speed_mps, halts_s + 1.0, car)
+
+
+def _junction(speed_mps: float, after_s: float, car: CrossCarPlan) -> Plans:
+    """A side road from the right, out of which that car sets off so long before the ego would be there."""
+    ahead_m = speed_mps * after_s - JUNCTION_AFTER_LINE_M
+    at_m = START_M + EGO_LENGTH_M + ahead_m + max(20.0, 2.0 * speed_mps)
+    cars = (msgspec.structs.replace(car, when_ego_within_m=ahead_m),)
+    return {"yields": (YieldPlan(at_m=at_m, cars=cars),), "road": _road(1)}
+
+
 def _to_contact(speed_mps: float) -> float:
     return gap_m(speed_mps) / speed_mps + 6.0
 
@@ -165,6 +192,11 @@ SCENES = _of(
         about="A car that cuts in 12 m ahead and drives 20 km/h slower.", speeds={50: None, 60: None},
     ),
     Scene(
+        name="car from the side", kind="avoid", plans=_from_the_side, seconds=lambda v: 14.0, quick=(50,),
+        about="A car that comes out of a side road from the right at 28 km/h, has right of way, and would meet the car.",
+        speeds={30: None, 40: None, 50: None, 60: None},
+    ),
+    Scene(
         name="parked cars in a bend", kind="pass", plans=_bend, seconds=lambda v: 300.0 / v, quick=(40,),
         about="Cars parked beside the lane, in and before a bend of 120 m.", speeds={30: None, 40: None, 50: None},
     ),
@@ -185,6 +217,11 @@ SCENES = _of(
         name="person who walks up to the kerb", kind="pass", plans=_walks_up, seconds=lambda v: 4.0 + max(2.0, 20.0 / v) + 6.0,
         quick=(50,), about="An adult who walks 5 km/h towards the road and stops half a metre behind the kerb.",
         speeds={30: None, 50: None, 60: None},
+    ),
+    Scene(
+        name="car that halts at a side road", kind="pass", plans=_halts_aside, seconds=lambda v: 14.0, quick=(50,),
+        about="A car that comes out of a side road from the right at 28 km/h, brakes with 3 m/s² and halts at the road's edge, "
+        "though it has right of way.", speeds={30: None, 50: None, 60: None},
     ),
 )  # fmt: skip
 GROUNDS: tuple[Ground, ...] = ("dry", "wet", "weak brakes")

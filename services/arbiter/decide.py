@@ -1,5 +1,6 @@
 """SILENT, SPEAK or ACT: pure, from the request, the arbiter's own reading, its state, its profile and its grant."""
 
+from functools import partial
 from typing import NamedTuple
 
 import msgspec
@@ -25,8 +26,8 @@ from services.arbiter.assessment.reading import Reading
 from services.arbiter.assessment.risk import Utilities, utilities
 from services.arbiter.braking import act, budget
 from services.arbiter.braking.act import Need, Permission
-from services.arbiter.braking.emergency import is_emergency, is_last_moment, is_surely_last_moment
-from services.arbiter.braking.guard import Case, case, emergency_objections, may_still_halt, objections
+from services.arbiter.braking.emergency import is_due, is_emergency, is_surely_last_moment
+from services.arbiter.braking.guard import Case, case, emergency_objections, objections
 from services.arbiter.braking.lasting import lasts, sighted, stands
 from services.arbiter.braking.own_hazards import ANSWERED, HAZARDS, seen_hazards
 from services.arbiter.braking.watching import watch
@@ -69,7 +70,7 @@ class Weighed(NamedTuple):
 def decide(request: ArbitrationRequest, inputs: Inputs, profile: Profile) -> Verdict:
     """One tick's verdict."""
     state = prepared(request, inputs, profile)
-    weighed = weigh(request, inputs.reading, state, profile)
+    weighed = weigh(request, inputs, state, profile)
     braking = _intervene(request, weighed, state, inputs, profile)
     intervention, command, withheld = braking.intervention, braking.command, braking.withheld
     brakes = command is not None or bool(withheld)
@@ -131,16 +132,17 @@ def _unbraked_reading(reading: Reading) -> Reading:
     return msgspec.structs.replace(reading, view=unbraked(reading.view))
 
 
-def weigh(request: ArbitrationRequest, reading: Reading, state: ArbiterState, profile: Profile) -> Weighed:
+def weigh(request: ArbitrationRequest, inputs: Inputs, state: ArbiterState, profile: Profile) -> Weighed:
     """Risk, utilities and objections; ACT by the less risky of the two views, SPEAK by the riskier."""
-    view = request_view(request)
+    view, reading = request_view(request), inputs.reading
     speak = max(
         (worst(v, speak_bounds(v, profile), profile) for v in (view, reading.view)),
         key=lambda n: -1.0 if n is None else n.r,
     )
     braking = act.going(state.intervention, state.run_ns)
     asked, own = (unbraked(view), _unbraked_reading(reading)) if braking else (view, reading)
-    checked = case(request, asked, own, state.adapted.c_min, state.sightings, profile)
+    due = partial(is_due, permission=inputs.permission, profile=profile)
+    checked = case(request, asked, own, state, profile, due)
     r_act = min(checked.asked.r, checked.own.r) if checked.asked is not None and checked.own is not None else 0.0
     gains = utilities(r_act, profile)
     numbers = msgspec.structs.replace(
@@ -290,8 +292,8 @@ def _braked_for(
     if own is None or ego is None:
         return None
     emergency = hard and not emergency_objections(weighed.case)
-    early = may_still_halt(own.track, profile) and not is_last_moment(weighed.case, inputs.permission, profile)
-    return Suggested(own, ego) if emergency or (wants_act(weighed, state.adapted.delta) and not early) else None
+    due = is_due(weighed.case, inputs.permission, profile)
+    return Suggested(own, ego) if due and (emergency or wants_act(weighed, state.adapted.delta)) else None
 
 
 class _Said(NamedTuple):

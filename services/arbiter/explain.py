@@ -58,7 +58,7 @@ def explain(request: ArbitrationRequest, inputs: Inputs, profile: Profile) -> Ex
     """Reason, objections and flips of one decision."""
     decision = decide(request, inputs, profile).decision
     state = prepared(request, inputs, profile)
-    weighed = weigh(request, inputs.reading, state, profile)
+    weighed = weigh(request, inputs, state, profile)
     flips = smallest_flips(request, inputs, profile)
     return Explanation(
         tick=request.tick,

@@ -54,6 +54,10 @@ class Intervention(msgspec.Struct, frozen=True, kw_only=True):
     """The gap to the standing road user that the car is braked for, by the last sighting and the way driven since; None: it moves."""
     stood_ns: int = 0
     """When that road user was last sighted."""
+    across: int | None = None
+    """The track of the vehicle that drives across, where the car is braked for one."""
+    across_ns: tuple[int, int] = (0, 0)
+    """When that vehicle was last sighted, and when it has left the way at its speed then."""
 
 
 class Sighting(msgspec.Struct, frozen=True, kw_only=True, array_like=True):

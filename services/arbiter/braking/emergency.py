@@ -6,7 +6,7 @@ from domain.rss import GRAVITY_MPS2
 from proto.perception import Track
 from services.arbiter.assessment.assess import Numbers, View, act_bounds
 from services.arbiter.braking.act import Permission, braking_on
-from services.arbiter.braking.guard import Case
+from services.arbiter.braking.guard import Case, in_way_s, may_still_halt, overlaps
 from services.arbiter.profiles.profile import Profile
 
 
@@ -42,6 +42,34 @@ def is_last_moment(case: Case, permission: Permission, profile: Profile) -> bool
         _is_last(case, permission, profile, within_s, surely=surely)
         for within_s, surely in ((profile.tau_s, False), (profile.tau_hazard_s, True))
     )
+
+
+def is_due(case: Case, permission: Permission, profile: Profile) -> bool:
+    """Whether braking may begin for this road user: one in the way at any time, one beside it at the last moment alone.
+
+    A vehicle beside the way must also come into it while the ego is there: one that is through by then, or comes behind
+    the ego, is no reason to brake.
+    """
+    if case.own is None:
+        return False
+    track, ego_mps = case.own.track, case.reading.view.ego_speed_mps
+    if track.kind == "vehicle" and not overlaps(track, profile):
+        return (
+            ego_mps is not None
+            and meets_in_time(track, case.own.gap_m, ego_mps, profile)
+            and is_last_moment(case, permission, profile)
+        )
+    return not may_still_halt(track, profile) or is_last_moment(case, permission, profile)
+
+
+def meets_in_time(track: Track, gap_m: float, ego_mps: float, profile: Profile) -> bool:
+    """Whether a vehicle that drives across is in the ego's way while the ego passes there, both at their speeds."""
+    if ego_mps <= 0.0:
+        return False
+    comes_s, gone_s = in_way_s(track, profile)
+    enters_s = max(0.0, gap_m) / ego_mps
+    leaves_s = enters_s + (profile.ego_length_m + track.length_m) / ego_mps
+    return comes_s < leaves_s and gone_s > enters_s
 
 
 def _is_last(case: Case, permission: Permission, profile: Profile, within_s: float, *, surely: bool) -> bool:

@@ -4,13 +4,16 @@ from collections.abc import Callable
 
 import msgspec
 
+from domain.road_users import surely_moves_across
 from proto.decision import ArbitrationRequest
+from proto.messages import Kind
 from proto.perception import Track
 from services.arbiter.assessment.assess import Numbers, View, act_bounds, measure
 from services.arbiter.assessment.reading import Reading
+from services.arbiter.braking.own_hazards import across
 from services.arbiter.braking.watching import shrinks
 from services.arbiter.profiles.profile import Profile
-from services.arbiter.state import Sighting
+from services.arbiter.state import ArbiterState
 
 SEEING = frozenset({"perception/tracks", "perception", "can/ego", "can", "snapshot"})
 """Degradations under which nothing may rest on sight or motion."""
@@ -28,6 +31,8 @@ class Case(msgspec.Struct, frozen=True, kw_only=True):
     """The same actor in both: the pair of highest risk."""
     watched: bool
     """Whether the arbiter saw the gap to that actor shrink."""
+    gives_way: bool
+    """Whether the driver was told to give way at a place that is still ahead: a vehicle from the side may count on that."""
     c_min: float
     profile: Profile
 
@@ -36,31 +41,39 @@ def case(
     request: ArbitrationRequest,
     asked: View,
     reading: Reading,
-    c_min: float,
-    sightings: tuple[Sighting, ...],
+    state: ArbiterState,
     profile: Profile,
+    due: Callable[[Case], bool],
 ) -> Case:
-    """Measure both views at the bounds for ACT, doubted actors left out, and pick whom both see worst.
+    """Measure both views at the bounds for ACT, doubted actors left out, and pick whom both see worst of those that are `due`.
 
     Actors are taken in pairs, one from each view: a further actor in either can only add a reason to brake, so that
     losing sight of one never enables ACT.
     """
-    theirs, ours = _undoubted(asked, profile), _undoubted(reading.view, profile)
-    pairs = [(a, o) for a in theirs for o in ours if abs(a.gap_m - o.gap_m) <= profile.act_disagree_m]
-    pair = max(pairs, key=lambda p: (p[0].rss_viol and p[1].rss_viol, min(p[0].r, p[1].r)), default=None)
-    return Case(
-        request=request,
-        reading=reading,
-        seen=(bool(theirs), bool(ours)),
-        asked=pair[0] if pair is not None else None,
-        own=pair[1] if pair is not None else None,
-        watched=pair is not None and shrinks(sightings, pair[1].track.track_id, -pair[1].track.vx_mps, profile),
-        c_min=c_min,
-        profile=profile,
+    gives_way = state.memory.last(Kind.GIVE_WAY) is not None
+    theirs, ours = (_undoubted(view, profile, gives_way=gives_way) for view in (asked, reading.view))
+    unpaired = Case(
+        request=request, reading=reading, seen=(bool(theirs), bool(ours)), asked=None, own=None, watched=False,
+        gives_way=gives_way, c_min=state.adapted.c_min, profile=profile,
+    )  # fmt: skip
+    pairs = (
+        msgspec.structs.replace(
+            unpaired, asked=a, own=o, watched=shrinks(state.sightings, o.track.track_id, -o.track.vx_mps, profile)
+        )
+        for a in theirs
+        for o in ours
+        if abs(a.gap_m - o.gap_m) <= profile.act_disagree_m
     )
+    return max(pairs, key=lambda pair: (due(pair), *_risk(pair)), default=unpaired)
 
 
-def undoubted(track: Track, profile: Profile) -> bool:
+def _risk(pair: Case) -> tuple[bool, float]:
+    assert pair.asked is not None
+    assert pair.own is not None
+    return pair.asked.rss_viol and pair.own.rss_viol, min(pair.asked.r, pair.own.r)
+
+
+def undoubted(track: Track, profile: Profile, *, gives_way: bool) -> bool:
     """Seen now, for long enough, without a break, surely enough to brake for, by a camera that is known, and surely in the way."""
     return (
         track.steady_s is not None
@@ -71,15 +84,49 @@ def undoubted(track: Track, profile: Profile) -> bool:
         and track.sigma_vx_mps <= profile.speed_known_mps
         and not track.range_spread
         and not track.oncoming
-        and meets(track, profile)
+        and meets(track, profile, gives_way=gives_way)
     )
 
 
-def meets(track: Track, profile: Profile) -> bool:
-    """Whether its body and the ego's would meet, as far aside as it may be; a person is braked for beside the way too."""
+def meets(track: Track, profile: Profile, *, gives_way: bool) -> bool:
+    """Whether its body and the ego's would meet, as far aside as it may be, or it drives across and cannot halt before that.
+
+    A person is braked for beside the way too.
+    """
     if track.kind != "vehicle" or track.clearance_m is None:
         return True
-    return track.clearance_m + track.sigma_y_m <= -profile.act_overlap_m
+    return overlaps(track, profile) or drives_across(track, profile, gives_way=gives_way)
+
+
+def overlaps(track: Track, profile: Profile) -> bool:
+    """Whether a body lies in the ego's way, as far aside as it may be."""
+    return track.clearance_m is None or track.clearance_m + track.sigma_y_m <= -profile.act_overlap_m
+
+
+def drives_across(track: Track, profile: Profile, *, gives_way: bool) -> bool:
+    """Whether a vehicle comes across the way, so fast and near that a driver about to let the ego pass would brake by now.
+
+    One that the ego gives way to is not expected to brake.
+    """
+    if track.clearance_m is None or track.sigma_vy_mps is None or track.vy_mps * track.y_m >= 0.0:
+        return False
+    least_mps = abs(track.vy_mps) - track.sigma_vy_mps
+    if least_mps < profile.stands_mps or not surely_moves_across(track, across(profile)):
+        return False
+    room_m = front_m(track) + track.sigma_y_m - profile.d0_m
+    return gives_way or room_m <= 0.0 or least_mps**2 > 2.0 * profile.vehicle_stops_mps2 * room_m
+
+
+def front_m(track: Track) -> float:
+    """From the front of a vehicle that drives across to the ego's way: its clearance is reckoned by its width."""
+    assert track.clearance_m is not None
+    return track.clearance_m - max(0.0, track.length_m - track.width_m) / 2.0
+
+
+def in_way_s(track: Track, profile: Profile) -> tuple[float, float]:
+    """From when until when a vehicle that drives across is in the ego's way, at its speed now."""
+    comes_s = front_m(track) / abs(track.vy_mps)
+    return comes_s, comes_s + (profile.ego_width_m + max(track.length_m, track.width_m)) / abs(track.vy_mps)
 
 
 def may_still_halt(track: Track, profile: Profile) -> bool:
@@ -90,9 +137,10 @@ def may_still_halt(track: Track, profile: Profile) -> bool:
     return track.clearance_m - track.sigma_y_m - needed_m > profile.act_overlap_m
 
 
-def _undoubted(view: View, profile: Profile) -> tuple[Numbers, ...]:
+def _undoubted(view: View, profile: Profile, *, gives_way: bool) -> tuple[Numbers, ...]:
     bounds = act_bounds(view, profile)
-    return tuple(measure(t, view, bounds, profile) for t in view.actors if t.x_m > 0.0 and undoubted(t, profile))
+    ahead = (track for track in view.actors if track.x_m > 0.0 and undoubted(track, profile, gives_way=gives_way))
+    return tuple(measure(track, view, bounds, profile) for track in ahead)
 
 
 def _young(age_s: float | None, limit_s: float) -> bool:

@@ -6,7 +6,7 @@ RSS and time to collision ease while the car brakes, because it does. What count
 import msgspec
 
 from services.arbiter.assessment.assess import Numbers
-from services.arbiter.braking.guard import Case, is_read, lasting_objections
+from services.arbiter.braking.guard import Case, drives_across, in_way_s, is_read, lasting_objections
 from services.arbiter.profiles.profile import Profile
 from services.arbiter.state import Intervention
 
@@ -16,6 +16,8 @@ NEAR_M = 4.0
 """Nearer ahead a picture cuts boxes off, and their ranges and speeds leap."""
 BLIND_NS = 1_500_000_000
 """So long braking to standstill goes on without a good sighting."""
+UNSEEN_ACROSS_NS = 2_500_000_000
+"""So long braking for a vehicle that drives across goes on without one, and no longer than that vehicle takes to be through."""
 
 
 def stands(ego_mps: float | None) -> bool:
@@ -28,7 +30,11 @@ def lasts(case: Case, running: Intervention, run_ns: int, profile: Profile) -> b
     ego_mps = case.reading.view.ego_speed_mps
     if ego_mps is None or stands(ego_mps):
         return False
-    return _closing(case) is not None or _is_before_bumper(case, running, ego_mps, run_ns, profile)
+    return (
+        _closing(case) is not None
+        or _is_before_bumper(case, running, ego_mps, run_ns, profile)
+        or _comes_unseen(case, running, run_ns, profile)
+    )
 
 
 def sighted(running: Intervention, before: Intervention, case: Case, run_ns: int, profile: Profile) -> Intervention:
@@ -37,8 +43,16 @@ def sighted(running: Intervention, before: Intervention, case: Case, run_ns: int
     if running.since_ns is None or ego_mps is None:
         return running
     if (own := _closing(case)) is not None:
-        stood_m = own.gap_m if is_standing(own, ego_mps, profile) else None
-        return msgspec.structs.replace(running, stood_m=stood_m, stood_ns=run_ns)
+        across = drives_across(own.track, profile, gives_way=case.gives_way)
+        stood_m = own.gap_m if is_standing(own, ego_mps, profile) and not across else None
+        return msgspec.structs.replace(
+            running,
+            stood_m=stood_m,
+            stood_ns=run_ns,
+            across=own.track.track_id if across else None,
+            across_ns=(run_ns, run_ns + round(in_way_s(own.track, profile)[1] * 1e9)) if across else (0, 0),
+        )
+    running = msgspec.structs.replace(running, across=before.across, across_ns=before.across_ns)
     if before.stood_m is None or before.last_ns is None:
         return running
     driven_m = ego_mps * (run_ns - before.last_ns) / 1e9
@@ -54,6 +68,27 @@ def _closing(case: Case) -> Numbers | None:
     """The road user that both views see well, and to which the gap still closes."""
     own = case.own
     return own if own is not None and own.track.vx_mps < 0.0 and not lasting_objections(case) else None
+
+
+def _comes_unseen(case: Case, running: Intervention, run_ns: int, profile: Profile) -> bool:
+    """Whether a vehicle that drives across has left the pictures sideways, and at its speed is not through yet.
+
+    One that is still seen, or seen again for some pictures, is judged by what is seen. Pictures and ego have to be fresh here as well.
+    """
+    seen_ns, through_ns = running.across_ns
+    seen = any(
+        track.track_id == running.across
+        and track.unseen_s <= profile.act_unseen_s
+        and (track.steady_s or 0.0) >= profile.act_track_age_s
+        for track in (*case.reading.view.actors, *case.reading.neighbours)
+    )
+    return (
+        running.across is not None
+        and not seen
+        and run_ns < through_ns
+        and run_ns - seen_ns <= UNSEEN_ACROSS_NS
+        and is_read(case)
+    )
 
 
 def _is_before_bumper(case: Case, running: Intervention, ego_mps: float, run_ns: int, profile: Profile) -> bool:

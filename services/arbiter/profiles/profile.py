@@ -83,6 +83,7 @@ class Profile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     act_track_age_s: float
     act_overlap_m: float
     person_stops_mps2: float
+    vehicle_stops_mps2: float
     stands_mps: float
     standing_mps: float
     crawl_mps: float

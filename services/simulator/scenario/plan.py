@@ -130,6 +130,8 @@ class CrossCarPlan(_Plan, frozen=True, kw_only=True):
     speed_kmh: Annotated[float, msgspec.Meta(gt=5, le=60)] = 28.0
     when_ego_within_m: Positive
     """Sets off when the ego's front is this near to the line."""
+    halts_mps2: Annotated[float, msgspec.Meta(gt=0, le=6)] | None = None
+    """Brakes so and halts a metre before the ego's road: it lets everybody pass."""
 
 
 class YieldPlan(PlacedPlan, frozen=True, kw_only=True):

@@ -21,6 +21,8 @@ CROSS_IDS = 481
 SIDE_LANE_M = 1.6
 CORRIDOR_M = 1.2
 """Half the width of the ego's way that is kept clear of them."""
+HALTS_BEFORE_M = 1.0
+"""Between the road's edge and the front of one that halts."""
 GIVES_WAY_S = 3.0
 """One who comes to the ego's way within this time has to be let through; ours: the ego needs as long to be across."""
 HARDEST_MPS2, SPEEDS_UP_MPS2 = 6.0, 1.5
@@ -67,7 +69,8 @@ class CrossCar:
     def drive(self, dt: float, stop_in_m: float | None) -> None:
         """A step on."""
         wanted = self.plan.speed_kmh / 3.6
-        demand = stopping_mps2(self.speed_mps, stop_in_m, 2.0) if stop_in_m is not None else FREE
+        urgent_mps2 = self.plan.halts_mps2 or 2.0
+        demand = stopping_mps2(self.speed_mps, stop_in_m, urgent_mps2) if stop_in_m is not None else FREE
         pull = min(SPEEDS_UP_MPS2, (wanted - self.speed_mps) / dt) if demand is FREE else demand
         self.applied_mps2 = max(pull, -HARDEST_MPS2, -self.speed_mps / dt)
         self.speed_mps += self.applied_mps2 * dt
@@ -114,10 +117,20 @@ class CrossTraffic:
             distance = car.line.at_m - ego.s_m - ego.LENGTH / 2
             car.started = car.started or distance <= car.plan.when_ego_within_m
             if car.started and not car.gone:
-                car.drive(dt, self._blocked_m(car, (ego, *near)))
+                car.drive(dt, self._room_m(car, (ego, *near)))
 
     def _near(self, s_m: float) -> bool:
         return any(abs(s_m - car.s_m) < 25.0 for car in self.cars)
+
+    def _room_m(self, car: CrossCar, others: Iterable[Car | Ego]) -> float | None:
+        """How far it may still go: up to whoever is in its way, and up to its halt; None: as far as it likes."""
+        ways = (self._blocked_m(car, others), self._to_halt_m(car))
+        return min((way for way in ways if way is not None), default=None)
+
+    def _to_halt_m(self, car: CrossCar) -> float | None:
+        if car.plan.halts_mps2 is None:
+            return None
+        return -car.way * car.d_m - self.route.kerb_m(car.s_m) - HALTS_BEFORE_M - car.body.length_m / 2
 
     def _blocked_m(self, car: CrossCar, others: Iterable[Car | Ego]) -> float | None:
         """How far it may still go because somebody is in its way."""

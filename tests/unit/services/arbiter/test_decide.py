@@ -104,7 +104,7 @@ def test_less_than_all_evidence_in_the_request_forbids_act(change: dict[str, obj
     assert not acts(asked, inputs)
     from services.arbiter.decide import weigh
 
-    found = objections(weigh(asked, inputs.reading, inputs.state, CALIBRATED).case)
+    found = objections(weigh(asked, inputs, inputs.state, CALIBRATED).case)
     assert any(objection in text for text in found)
 
 

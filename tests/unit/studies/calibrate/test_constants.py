@@ -94,7 +94,7 @@ def test_no_candidate_acts_without_an_rss_violation_in_both_views_and_confidence
     inputs = mirror(asked, profile=profile)
     decision = decide(asked, inputs, profile).decision
     if decision.kind == "ACT":
-        case = weigh(asked, inputs.reading, inputs.state, profile).case
+        case = weigh(asked, inputs, inputs.state, profile).case
         assert case.asked is not None and case.asked.rss_viol  # noqa: PT018
         assert case.own is not None and case.own.rss_viol  # noqa: PT018
         assert min(case.asked.track.confidence, case.own.track.confidence) >= CALIBRATED.act_confidence
