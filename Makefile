@@ -38,7 +38,7 @@ help:
 
 $(VENV)/.made:
 	@$(PYTHON) -c 'import sys; sys.exit("DriveMCP needs Python 3.11 or newer; this is %d.%d: make PYTHON=python3.11" % sys.version_info[:2] if sys.version_info < (3, 11) else 0)'
-	@$(PYTHON) -c 'import sys, sysconfig; built = str(sysconfig.get_config_var("CONFIG_ARGS")); sys.base_prefix == "/usr" or "--enable-optimizations" in built or print("note: this Python was built without --enable-optimizations, so drives without pictures take a fifth more time (docs/operations.md)")'
+	@$(PYTHON) -c 'import sys, sysconfig; built = str(sysconfig.get_config_var("CONFIG_ARGS")); sys.base_prefix == "/usr" or "--enable-optimizations" in built or print("note: this Python was built without --enable-optimizations, so drives without pictures take a fifth more time (docs/how-to/operations.md)")'
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/pip install -q --upgrade pip
 	@touch $@

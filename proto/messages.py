@@ -113,7 +113,7 @@ BEGIN, END = "<!-- kinds of message -->", "<!-- /kinds of message -->"
 
 
 def kinds_table() -> str:
-    """The table as Markdown; `docs/advice.md` carries it, a test keeps the two in step."""
+    """The table as Markdown; `docs/explanation/advice.md` carries it, a test keeps the two in step."""
     lines = [
         "| kind | what | said again after | first notice is owed | never waits | hazards |",
         "|---|---|---|---|---|---|",

@@ -81,6 +81,6 @@ def new_tool(flags: argparse.Namespace) -> int:
         f"  pip install -e {folder}\n"
         f"  pytest {folder}/tests\n"
         f"  drivemcp up --with {flags.name}\n"
-        "How it joins routing and fusion: docs/tools.md\n"
+        "How it joins routing and fusion: docs/tutorial/your-first-tool.md\n"
     )
     return 0

@@ -1,7 +1,7 @@
 """The warning tests: an absent driver goes on at constant speed behind the sign of a lower limit, or accelerates through that limit.
 
-Regulation (EU) 2021/1958, Annex I, times the sound at constant speed alone, as far as we know it (docs/evaluation.md). In acceleration the
-same table is asked: a band's time runs from the instant at which the speed enters it.
+Regulation (EU) 2021/1958, Annex I, times the sound at constant speed alone, as far as we know it (docs/how-to/evaluation.md). In
+acceleration the same table is asked: a band's time runs from the instant at which the speed enters it.
 """
 
 import math

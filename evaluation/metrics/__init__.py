@@ -1,4 +1,4 @@
-"""The metrics of the evaluation, each defined once; docs/evaluation.md says what each is."""
+"""The metrics of the evaluation, each defined once; docs/reference/metrics.md says what each is."""
 
 from evaluation.metrics.metrics import RATES, Metrics, RateRow, measure
 from evaluation.metrics.record import TRUTH_FILE, At, Record, Recorder, from_log, keep

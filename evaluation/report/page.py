@@ -22,7 +22,7 @@ from evaluation.tables.tables import Table
 BEGIN, END = "<!-- reading: from here ... -->", "<!-- ... to here stays when the page is made anew -->"
 
 
-YARDSTICKS = (("Speed assistance", "isa-measured.md"), ("The guard alone", "guard-measured.md"))
+YARDSTICKS = (("Speed assistance", "isa.md"), ("The guard alone", "guard.md"))
 """Title, and the page beside this one: `drivemcp evaluate isa --docs` and `drivemcp evaluate guard --docs` make them."""
 
 
@@ -89,5 +89,5 @@ def page(
     return TEMPLATES.get_template("page.md.jinja").render(
         tables=tables, about=about, reading=reading, pictures=pictures, begin=BEGIN, end=END, goals=judged(tables),
         contradictions=contradictions(), yardsticks=yardsticks,
-        about_latencies=about_latencies(tables, "*assumed*", " ([measured](evaluation.md#latencies))"),
+        about_latencies=about_latencies(tables, "*assumed*", " ([measured](../../how-to/evaluation.md#latencies))"),
     )  # fmt: skip

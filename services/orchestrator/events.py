@@ -236,7 +236,7 @@ TABLE: tuple[EventRow, ...] = (
     EventRow("stale_fact", _stale, 1.0, ("applicable_limit", "assess_weather", "vehicle_health")),  # age / validity
     EventRow("driver_query", lambda _: NOTHING, 0.5, ()),  # 1 while one is open; answered by the tool `ask`
 )
-"""Thresholds are ours; the evaluation's corruption protocol measures what they cost (docs/corruption.md)."""
+"""Thresholds are ours; the evaluation's corruption protocol measures what they cost (docs/explanation/corruption.md)."""
 ETA = {row.kind: row.eta for row in TABLE}
 TOOLS = {row.kind: row.tools for row in TABLE}
 

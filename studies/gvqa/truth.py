@@ -18,7 +18,7 @@ from training.labelling import Label
 from training.sign_pictures.avenue import class_of
 
 READABLE_PX = 20.0
-"""Signs and lights from this height on count: smaller ones are not to be read yet (docs/perception.md)."""
+"""Signs and lights from this height on count: smaller ones are not to be read yet (docs/explanation/perception.md)."""
 _ELEMENTS_FROM = 1_000_000
 _ONCOMING_MPS = -1.5
 

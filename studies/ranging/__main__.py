@@ -1,4 +1,4 @@
-"""`python -m studies ranging FRAME --detector NAME|FILE`: prints the table of docs/perception.md, section "On photographs"."""
+"""`python -m studies ranging FRAME --detector NAME|FILE`: prints the table of docs/explanation/perception.md, section "On photographs"."""
 
 import argparse
 import sys

@@ -1,4 +1,4 @@
-"""Measures a detector on held-out frames by weather, distance and size: the tables of docs/perception-measured.md.
+"""Measures a detector on held-out frames by weather, distance and size: the tables of docs/results/measured/perception.md.
 
 `python -m training detector.table --cache DIR [--model FILE]` needs the split "test" of the dataset.
 Objects under 12 px high or less than half visible are ignored; IoU 0.5. Of photographs (`photographs.shards --held-out`) no

@@ -32,7 +32,7 @@ class ProfileFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
 
 class Profile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The constants as numbers; meanings and sources stand in the file, symbols in docs/safety.md."""
+    """The constants as numbers; meanings and sources stand in the file, symbols in docs/explanation/safety.md."""
 
     name: str
     ttc: Literal["paper", "braking"]

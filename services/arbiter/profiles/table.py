@@ -1,4 +1,4 @@
-"""The constants of all profiles as a Markdown table; docs/safety.md carries it, a test keeps the two in step."""
+"""The constants of all profiles as a Markdown table; docs/explanation/safety.md carries it, a test keeps the two in step."""
 
 from services.arbiter.profiles.profile import FOLDER, names, read_file
 

@@ -9,7 +9,7 @@ from services.drivelm.ocr.plate_text import Line, only_line
 from services.drivelm.reading.crops import Picture
 
 MIN_TEXT_PX = 10.0
-"""Height of the letters from which a reading counts; measured, see `docs/front-end.md`."""
+"""Height of the letters from which a reading counts; measured, see `docs/explanation/front-end.md`."""
 MIN_SCORE = 0.9
 AGREEING = 2
 """Pictures that must be read the same, and none otherwise."""

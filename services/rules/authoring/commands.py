@@ -26,7 +26,7 @@ def register(subparsers: Subparsers) -> None:
     parser = subparsers.add_parser(
         "rulepack",
         help="write, check, sign and compare rulepacks",
-        description="A rulepack is one country's traffic law as a folder of files (docs/rulepacks.md). "
+        description="A rulepack is one country's traffic law as a folder of files (docs/how-to/rulepacks.md). "
         "Exit status: 0 well, 1 the pack is not right, 2 the command was not.",
     )
     kinds = parser.add_subparsers(metavar="COMMAND", required=True)

@@ -1,4 +1,4 @@
-"""The words that a pack may use where a service, or a reader of signs, looks for them; `docs/rulepack-words.md` prints them."""
+"""The words that a pack may use where a service, or a reader of signs, looks for them; `docs/reference/rulepack-words.md` prints them."""
 
 from collections.abc import Iterator
 from functools import cache
@@ -14,7 +14,7 @@ from services.rules.packs.files import Files
 from services.rules.packs.format import Condition, Manifest, Prohibition, Provision, RightOfWay, Sign
 
 FILE = Path(__file__).with_name("vocabulary.json")
-PAGE = "docs/rulepack-words.md"
+PAGE = "docs/reference/rulepack-words.md"
 OWN = "other:"
 """Begins a word of the pack's own, by which no service acts and which no reader writes."""
 SIGN = "sign:"

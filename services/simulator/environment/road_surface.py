@@ -1,6 +1,6 @@
 """Water, snow and ice on the road second by second, and the friction that follows, on a road drawn by the seed.
 
-The numbers are ours, chosen after the published ranges (see docs/weather.md), and not those that Weather estimates
+The numbers are ours, chosen after the published ranges (see docs/explanation/weather.md), and not those that Weather estimates
 with: another shape, another road per seed, a tread that Weather does not know. A road here is the whole route.
 """
 

@@ -11,7 +11,7 @@ import pytest
 from proto.topics import TOPICS
 
 ROOT = Path(__file__).parents[3]
-PAGE = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs" / "explanation" / "architecture.md").read_text(encoding="utf-8")
 FILE = r"`[\w/]+\.py`"
 WAYS = [re.findall(r"[\w/]+\.py", chain) for chain in re.findall(rf"{FILE}(?: → {FILE})+", PAGE)]
 ARROWS = sorted({pair for way in WAYS for pair in pairwise(way)})

@@ -13,7 +13,7 @@ from drivemcp.testing import bus
 from proto.rules import RulesAnswer
 from services.rules.service import SERVICE, RulesConfig
 
-PAGE = (Path(__file__).parents[3] / "docs" / "country-in-an-afternoon.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[3] / "docs" / "tutorial" / "your-first-rulepack.md").read_text(encoding="utf-8")
 
 
 def blocks(language: str) -> str:

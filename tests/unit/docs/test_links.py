@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[3]
-PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), *(ROOT / "docs" / "decisions").glob("*.md")])
+PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])
 OF_THEIR_TIME = {ROOT / "CHANGELOG.md"}
 """Pages that may name what is gone."""
 FOLDERS = "proto|domain|drivemcp|services|app|evaluation|studies|training|tests|docs|docker|scripts|examples|benchmarks"

@@ -24,7 +24,7 @@ from services.simulator.scenario.load import load_scenario
 from tests.unit.services.arbiter.support import fused, request
 
 ROOT = Path(__file__).parents[3]
-PAGE = ROOT / "docs" / "tools.md"
+PAGE = ROOT / "docs" / "tutorial" / "your-first-tool.md"
 
 
 def run_tests(folder: Path) -> subprocess.CompletedProcess[str]:

@@ -17,7 +17,7 @@ def test_every_kind_has_one_row() -> None:
 
 
 def test_the_page_on_advice_carries_the_table() -> None:
-    page = (ROOT / "docs" / "advice.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "explanation" / "advice.md").read_text(encoding="utf-8")
     assert f"{BEGIN}\n{kinds_table()}\n{END}" in page
 
 

@@ -289,10 +289,10 @@ def test_the_page_begins_with_the_fields_yardsticks_that_lie_beside_it(tmp_path:
     tables, file = [table("delta", lambda row, number: kept())], tmp_path / "results.md"
     write(file, tables, told(tables))
     assert "yardsticks" not in file.read_text(encoding="utf-8")
-    (tmp_path / "guard-measured.md").write_text(
+    (tmp_path / "guard.md").write_text(
         "# Guard\n\n| scene | hit |\n|---|---|\n| cut-in | 0 |\n\nMore.\n\n| no | more |\n"
     )
-    (tmp_path / "isa-measured.md").write_text("# Isa\n\n| what | value |\n|---|---|\n| right | 99 % |\n")
+    (tmp_path / "isa.md").write_text("# Isa\n\n| what | value |\n|---|---|\n| right | 99 % |\n")
     write(file, tables, told(tables))
     text = file.read_text(encoding="utf-8")
     places = [

@@ -5,7 +5,7 @@ from services.can.health.crosscheck import SENSORS
 from services.can.health.indicators import table
 from services.can.health.trends import RULES
 
-PAGE = data("docs/health.md").read_text(encoding="utf-8")
+PAGE = data("docs/reference/health.md").read_text(encoding="utf-8")
 
 
 def rows(first: str) -> dict[str, list[str]]:

@@ -17,13 +17,13 @@ from services.simulator.service import SimulatorConfig
 from services.simulator.world import World
 from tests.unit.services.simulator._braking import stopping_m
 
-PAGE = (Path(__file__).parents[4] / "docs" / "simulation.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[4] / "docs" / "explanation" / "simulation.md").read_text(encoding="utf-8")
 
 
 def test_the_example_of_the_page_drives() -> None:
     block = re.search(r"```toml\n(.*?)```", PAGE, re.S)
     assert block is not None
-    world = World(parse_scenario(block.group(1), "docs/simulation.md"), 1)
+    world = World(parse_scenario(block.group(1), "docs/explanation/simulation.md"), 1)
     for _ in range(100):
         snapshot = world.step()
     assert snapshot.ego.s_m > 80

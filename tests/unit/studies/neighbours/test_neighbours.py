@@ -148,7 +148,10 @@ def test_runs_with_services_are_those_of_the_results_table_and_neighbours_have_k
 
 
 def test_latencies_and_settings_make_them_those_of_a_results_table_with_the_same() -> None:
-    latencies, quiet = latencies_of(str(ROOT / "docs/results/latencies.json")), ["logger.pictures=none"]
+    latencies, quiet = (
+        latencies_of(str(ROOT / "docs/results/measured/results/latencies.json")),
+        ["logger.pictures=none"],
+    )
     (ours,) = specs("DriveMCP", ("urb-rain",), 1, 0.0, latencies, quiet)
     rows = [
         msgspec.structs.replace(row, spec=as_asked(row.spec, latencies, quiet)) for row in rows_of("results", "model")

@@ -122,5 +122,5 @@ def test_an_unknown_kind_and_a_missing_data_id_are_named() -> None:
 
 
 def test_the_docs_name_every_kind() -> None:
-    text = (Path(__file__).parents[5] / "docs" / "can.md").read_text(encoding="utf-8")
+    text = (Path(__file__).parents[5] / "docs" / "explanation" / "can.md").read_text(encoding="utf-8")
     assert [kind for kind in KINDS if f"`{kind}`" not in text] == []

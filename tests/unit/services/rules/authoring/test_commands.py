@@ -323,7 +323,7 @@ def test_json_of_a_new_pack_is_what_people_can_edit(pack: Path) -> None:
 def test_every_command_that_the_docs_name_is_there(capsys: Said) -> None:
     import re
 
-    pages = [data("rulepacks") / "README.md", Path(__file__).parents[5] / "docs" / "rulepacks.md"]
+    pages = [data("rulepacks") / "README.md", Path(__file__).parents[5] / "docs" / "how-to" / "rulepacks.md"]
     named = {
         name for page in pages for name in re.findall(r"drivemcp rulepack (\w+)", page.read_text(encoding="utf-8"))
     }
