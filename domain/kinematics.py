@@ -26,7 +26,7 @@ def paper_ttc_s(gap_m: float, closing_mps: float, epsilon_mps: float) -> float:
 
 
 def relative_ttc_s(gap_m: float, closing_mps: float, closing_mps2: float = 0.0) -> float | None:
-    """TTC from relative motion alone, where nobody's own speed is known; None: they never meet."""
+    """TTC from relative motion alone, for road users whose own speeds are unknown; None: they never meet."""
     return _within(_first_root(gap_m, -_still(closing_mps), -_still(closing_mps2), 0.0, math.inf))
 
 

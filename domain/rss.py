@@ -13,7 +13,7 @@ from domain.kinematics import GRAVITY_MPS2 as GRAVITY_MPS2
 
 
 class Longitudinal(msgspec.Struct, frozen=True, kw_only=True):
-    """Who reacts after `rho_s`, accelerating meanwhile, and then brakes with at least `brake_min_mps2`."""
+    """A driver's response: `rho_s` of accelerating, then braking with at least `brake_min_mps2`."""
 
     rho_s: float
     accel_max_mps2: float

@@ -31,7 +31,7 @@ def legal_limit(value: float, unit: Unit, *, advisory: bool = False) -> LegalLim
 
 
 def spoken(value: float, unit: Unit) -> str:
-    """`50 km/h`: no decimals where there are none."""
+    """`50 km/h`: whole numbers without decimals."""
     return f"{value:g} {unit}"
 
 

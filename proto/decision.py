@@ -145,7 +145,7 @@ class Decision(msgspec.Struct, frozen=True, kw_only=True):
     own: dict[str, Any] = {}
     """The arbiter's own reading, its state before, and its grant: with the request, enough to decide again."""
     hazard: str = ""
-    """What is shouted about, whoever saw it; empty: nothing is, and the fused advice is what is spoken."""
+    """The hazard of the warning, seen by the orchestrator or by the arbiter; empty: the fused advice is spoken."""
     memory: Memory | None = None
     """What the driver was told, this decision's message included; None: the arbiter did not decide."""
 

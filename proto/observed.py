@@ -1,4 +1,4 @@
-"""One observed value of `world_state`: what, how sure, from whom, when, for how long."""
+"""One observed value of `world_state`: its value, confidence, source, time and validity."""
 
 from typing import Generic, Literal, TypeVar
 

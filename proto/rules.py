@@ -238,9 +238,9 @@ class RightOfWayQuestion(msgspec.Struct, frozen=True, kw_only=True):
     circumstances: Annotated[
         tuple[Circumstance, ...], msgspec.Meta(description="what the ego does or meets", examples=[["turning_left"]])
     ] = ()
-    pedestrians_on_crossing: Annotated[bool | None, msgspec.Meta(description="somebody is on the crossing")] = None
+    pedestrians_on_crossing: Annotated[bool | None, msgspec.Meta(description="a person is on the crossing")] = None
     traffic_from_priority_side: Annotated[
-        bool | None, msgspec.Meta(description="somebody comes from the side that goes first")
+        bool | None, msgspec.Meta(description="a vehicle comes from the side that goes first")
     ] = None
     language: Annotated[str, msgspec.Meta(description="the answer's language", examples=["de"])] = "en"
 
@@ -284,8 +284,8 @@ class Retrieved(msgspec.Struct, frozen=True, kw_only=True):
     """The encoder in use, or `bm25-only (loading)` / `bm25-only (not installed)`."""
     lambda_: float
     out_of_scope: bool = False
-    """The best passage scores so little that the question is taken to be about something else; there are none then."""
+    """The best passage scores so little that the question is taken to be about something else; no passages are returned then."""
     confidence: float | None = None
     """The probability that the first passage answers; None: not known, as the encoder was not tuned or a reranker chose the first."""
     reranker: str = ""
-    """Who put the passages in order after they were ranked, where somebody did; or that it was late, and they stand as ranked."""
+    """The re-ranker that ordered the passages; or the note that the re-ranker was late and the passages stand as ranked."""

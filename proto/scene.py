@@ -7,7 +7,7 @@ import msgspec
 Unit = Literal["km/h", "mph"]
 FactKind = Literal["limit", "sign", "light", "jurisdiction", "units", "traffic_side", "road_type", "plate", "message"]
 Country = Literal["AUT", "BEL", "CHE", "DEU", "ESP", "FRA", "GBR", "IRL", "ITA", "NLD", "POL", "USA"]
-"""ISO 3166 alpha-3 codes of the countries whose signs are told apart; any other is unknown."""
+"""ISO 3166 alpha-3 codes of the countries whose signs the reader distinguishes; any other is unknown."""
 COUNTRIES: frozenset[str] = frozenset(get_args(Country))
 Scope = Literal["permanent", "gantry", "when_wet", "zone", "end", "temporary"]
 

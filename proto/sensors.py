@@ -38,7 +38,7 @@ class Calibration(msgspec.Struct, frozen=True, kw_only=True):
     yaw_rad: float = 0.0
     distortion: tuple[float, ...] = ()
     assumed: bool = False
-    """Nobody measured this camera: the mount is a guess, and its pitch may be learned from what is seen."""
+    """The camera was not measured: the mount is a guess, and its pitch may be learned from the pictures."""
     focal_spread: float = 0.0
     """One sigma of the focal lengths as a share of them, where the field of view is a guess: all ranges may be wrong by as much."""
 

@@ -75,5 +75,5 @@ class Memory(msgspec.Struct, frozen=True, kw_only=True):
     """The faults of the car that were told in this drive."""
 
     def last(self, kind: Kind, about: str = "") -> Spoken | None:
-        """The last message of a kind; None: there was none."""
+        """The last message of a kind; None: no such message yet."""
         return next((each for each in self.spoken if (each.kind, each.about) == (kind, about)), None)

@@ -169,8 +169,8 @@ def hazards_of(
     *,
     brakes: bool = False,
 ) -> tuple[str, ...]:
-    """What must be spoken whatever the budget: the orchestrator's hazard, those that the arbiter sees itself, and whom it
-    brakes for, or would: whoever brakes says what for.
+    """Hazards that must be spoken whatever the budget: the orchestrator's, those that the arbiter sees itself, and the one
+    that it brakes for, or would brake for.
     """
     found = [request.fused.hazard] if request.fused.hazard else []
     if _suggests(inputs) is None:
@@ -285,7 +285,7 @@ def _warned_ns(state: ArbiterState, now_ns: int) -> int | None:
 def _braked_for(
     request: ArbitrationRequest, weighed: Weighed, state: ArbiterState, inputs: Inputs, profile: Profile, *, hard: bool
 ) -> Suggested | None:
-    """The road user to brake for: one for whom braking begins now, or the danger of the intervention under way."""
+    """The road user to brake for: braking for it begins now, or it is the danger of the intervention under way."""
     if (suggests := _suggests(inputs)) is not None:
         return suggests(request, request_view(request), profile)
     own, ego = weighed.case.own, inputs.reading.view.ego_speed_mps

@@ -46,7 +46,7 @@ def filter_of(name: str) -> Filter | None:
 
 
 def check(name: str, *, lockstep: bool) -> None:
-    """Refuse whatever brakes unjudged on anything but a simulated clock, whoever registers it. Raises ConfigError.
+    """Refuse a filter that brakes unjudged on any clock but a simulated one, wherever it is registered. Raises ConfigError.
 
     In lockstep time moves by the simulator's steps alone (the player refuses lockstep, a wall clock does not step), and
     the CAN service opens no adapter in lockstep: no real car can be driven so.

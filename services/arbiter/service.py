@@ -146,7 +146,7 @@ class Arbiter:
         # A topic whose last message broke or whose clock is off is not read at all.
         if received is None or not self._node.health(topic).valid:
             return None
-        message = sound(received.message)  # on what is no data nobody could decide again
+        message = sound(received.message)  # a decision on malformed data could not be replayed
         return (message, received.stamp_ns) if message is not None else None
 
     def _permission(self) -> Permission:

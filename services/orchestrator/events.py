@@ -102,7 +102,7 @@ def _news(changed_ns: int | None, now_ns: int) -> bool:
 
 
 def foreign_plate(sign: SignAhead, language: str) -> str:
-    """The language of a plate that the driver does not read; empty: there is none."""
+    """The language of a plate that the driver does not read; empty: no such plate."""
     for plate in sign.plates:
         tail = plate.rpartition(":")[2]
         if plate.startswith("plate:when_wet:") and tail not in ("drawn", "", language):
@@ -242,7 +242,7 @@ TOOLS = {row.kind: row.tools for row in TABLE}
 
 
 def out_of_bounds(thresholds: Mapping[str, float]) -> str:
-    """What is wrong with thresholds that somebody has set; empty: nothing."""
+    """What is wrong with configured thresholds; empty: nothing."""
     low, high = MOVED
     for kind, eta in thresholds.items():
         if kind not in ETA:

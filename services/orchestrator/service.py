@@ -119,7 +119,7 @@ class LiveAsk:
         outcomes = self._node.call_all(within_budget(calls, self.spent_ms()))
         if self._node.lockstep:
             self.modelled_ms += max((outcome.elapsed_ms for outcome in outcomes), default=0.0)
-        # A tool that nobody offers leaves no arguments in its outcome; memory and replay go by them.
+        # A tool that no service offers leaves no arguments in its outcome; memory and replay use the arguments.
         return tuple(
             msgspec.structs.replace(outcome, arguments=call.arguments)
             for call, outcome in zip(calls, outcomes, strict=True)

@@ -200,7 +200,7 @@ class Redecided(NamedTuple):
 def redecide(before: State, trace: TraceRecord, ask: Ask | None = None) -> Redecided:
     """Run a logged tick again from the state before it, its inputs and its answers; `ask` replaces the logged answers.
 
-    Raises msgspec.ValidationError if the inputs are none.
+    Raises msgspec.ValidationError on malformed inputs.
     """
     recorded = Recorded(trace)
     ticked = tick(before, msgspec.convert(trace.inputs, Observations), ask or recorded)

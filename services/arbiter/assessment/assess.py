@@ -20,7 +20,7 @@ class View(msgspec.Struct, frozen=True, kw_only=True):
     ego_speed_mps: float | None = None
     ego_acceleration_mps2: float | None = None
     actors: tuple[Track, ...] = ()
-    """Whoever is in the ego's path."""
+    """Road users in the ego's path."""
     h: float | None = None
     brake_envelope: float | None = None
     mu_low: float | None = None
@@ -109,7 +109,7 @@ def _ttc(gap: float, closing: float, track: Track, view: View, profile: Profile)
     if profile.ttc == "paper":
         return kinematics.paper_ttc_s(max(0.0, gap), closing, profile.epsilon_mps)
     if view.ego_speed_mps is None or track.oncoming:
-        # Nobody's speed over ground is reckoned with here: a braking that would end, or turn them round, is not counted on.
+        # Speeds over ground are unknown here: braking that would end at standstill, or reverse the motion, is not counted on.
         return kinematics.relative_ttc_s(gap, closing, max(0.0, -track.ax_mps2))
     ego_accel = view.ego_acceleration_mps2 or 0.0
     lead = max(0.0, view.ego_speed_mps - closing)

@@ -97,7 +97,7 @@ def _speed_mps(latest: Latest, ego: Ego | None, now_ns: int, max_age_s: float) -
 
 
 def in_path(tracks: Tracks | None) -> tuple[Track, ...]:
-    """Whoever is ahead in the ego's path, the lead that perception named among them."""
+    """Road users ahead in the ego's path, the lead that perception named included."""
     if tracks is None:
         return ()
     return tuple(t for t in tracks.tracks if t.x_m > 0.0 and (t.in_ego_path or t.track_id == tracks.lead_track_id))

@@ -19,7 +19,7 @@ from services.arbiter.state import Intervention
 
 
 class Permission(msgspec.Struct, frozen=True, kw_only=True):
-    """What a verified grant allows; `refused` says why there is none."""
+    """What a verified grant allows; `refused`: why no grant counts."""
 
     grant_id: str = ""
     max_deceleration_mps2: float = 0.0

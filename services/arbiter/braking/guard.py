@@ -45,7 +45,7 @@ def case(
     profile: Profile,
     due: Callable[[Case], bool],
 ) -> Case:
-    """Measure both views at the bounds for ACT, doubted actors left out, and pick whom both see worst of those that are `due`.
+    """Measure both views at the bounds for ACT, doubted actors left out, and pick the pair of the highest risk, `due` ones first.
 
     Actors are taken in pairs, one from each view: a further actor in either can only add a reason to brake, so that
     losing sight of one never enables ACT.

@@ -1,4 +1,4 @@
-"""Whom the arbiter warns of by itself: soon met, and seen well enough to be shouted about."""
+"""Hazards that the arbiter warns of by itself: road users met soon, and seen well enough for a warning."""
 
 import math
 from collections.abc import Iterable
@@ -28,7 +28,7 @@ HAZARDS: dict[str, str] = {"vehicle": "closing_lead", "pedestrian": "pedestrian"
 
 
 def seen_hazards(views: Iterable[View], sightings: tuple[Sighting, ...], profile: Profile) -> tuple[str, ...]:
-    """What either pair of eyes must be spoken of whatever the budget: each hazard once, whom one meets first before others."""
+    """Hazards of either view that must be spoken whatever the budget: each once, in the order of the time to collision."""
     seen = [(n, view) for view in views for n in each(view, speak_bounds(view, profile), profile)]
     vehicles = (n for n, _ in seen if n.track.kind == "vehicle")
     next_m = min((n.gap_m for n in vehicles if hides_others(n.track, n.gap_m, sight(profile))), default=math.inf)
@@ -48,7 +48,7 @@ def across(profile: Profile) -> Across:
 
 
 def _hazardous(numbers: Numbers, view: View, sightings: tuple[Sighting, ...], profile: Profile) -> bool:
-    """Soon met, and seen well enough to be shouted about: no ghost of one frame, none whose speed is not known yet."""
+    """Whether a road user is met soon and seen well enough for a warning: no ghost of one frame, and of known speed."""
     track, ego_mps = numbers.track, view.ego_speed_mps
     speed_mps = ego_mps + track.vx_mps if ego_mps is not None else None
     if track.kind == "vehicle" and view.ego_speed_mps is not None and view.ego_speed_mps < profile.standing_mps:

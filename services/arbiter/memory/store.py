@@ -21,7 +21,7 @@ class Stored(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def load(path: Path, profile: Profile) -> Adapted:
-    """What the file says, within bounds; the calibrated values where there is none or it is damaged."""
+    """What the file says, within bounds; the calibrated values where the file is missing or damaged."""
     calibrated = Adapted(delta=profile.delta, c_min=profile.c_min)
     stored = _read(path)
     if stored is None or stored.profile != profile.name:

@@ -1,4 +1,4 @@
-"""A driver's question: what it is about, and whom to ask. Pure."""
+"""A driver's question: its subject, and the tools that answer it. Pure."""
 
 import re
 import tomllib
@@ -43,7 +43,7 @@ def subject_of(question: str) -> Subject:
     return name if score > 0 else "law"
 
 
-# -- whom to ask ---------------------------------------------------------------------------------------------------------
+# -- tools to ask ---------------------------------------------------------------------------------------------------------
 
 
 ASKED: dict[Subject, tuple[str, ...]] = {

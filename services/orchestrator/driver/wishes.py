@@ -17,7 +17,7 @@ def changed(before: Preferences, **fields: Any) -> Preferences:
 
 
 def remembered(result: dict[str, Any] | None) -> Preferences | None:
-    """The newest preferences in an answer of `recall`; None where there are none or they are damaged.
+    """The newest preferences in an answer of `recall`; None where they are missing or damaged.
 
     Mute ends with its drive: switched off, a warning is on again at the next start. So does the part of the country: the next drive may
     begin elsewhere.

@@ -1,4 +1,4 @@
-"""What one tick gets to see: the newest message of each topic, all facts since the last tick, and who is missing.
+"""The inputs of one tick: the newest message of each topic, all facts since the last tick, and the services that are missing.
 
 It goes into the trace as it is, and the tick can be run again from it.
 """
@@ -112,7 +112,7 @@ def along_lane(lanes: Lanes) -> RoadAhead:
 
 
 def clean(stamped: Stamped[M] | None) -> Stamped[M] | None:
-    """The message, without the tracks or facts in it that are no data; None where it is none itself."""
+    """The message without malformed tracks or facts; None where the message itself is malformed."""
     if stamped is None:
         return None
     message = sound(stamped.message)

@@ -142,7 +142,7 @@ def _set(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
 def _is_of_the_zone(signs: Signs, posted: PostedLimit, now_ns: int) -> bool:
     """Whether a limit is the ring on the board of a zone's sign on the same post, which a camera may find alone.
 
-    Where another limit stands beside the zone it is none: it may lower what holds once the zone has ended.
+    A zone beside another limit does not count: it may lower what holds once the zone has ended.
     """
     zone = signs.zone
     if zone is None or signs.permanent is not None or now_ns - zone.since_ns >= SAME_POST_NS:
@@ -157,7 +157,7 @@ def _beyond_the_junction(signs: Signs, now_ns: int) -> Signs:
 
 
 def _without(signs: Signs, ended: list[InForce], now_ns: int) -> Signs:
-    """Without some of the conditional limits; unchanged where there are none of them."""
+    """Without some of the conditional limits; unchanged if none of these is held."""
     left = tuple(each for each in signs.conditional if each not in ended)
     return changed(signs, now_ns, conditional=left) if ended else signs
 

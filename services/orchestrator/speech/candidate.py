@@ -1,4 +1,4 @@
-"""One thing that could be said, and who finds such things."""
+"""A candidate: one message that could be spoken, and the functions that find candidates."""
 
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple

@@ -127,7 +127,7 @@ def _of_candidate(state: State, chosen: Candidate) -> Iterator[Reason]:
 
 
 def _of_rules(state: State, goal: Target, chosen: Candidate) -> Iterator[Reason]:
-    """Whose law it is where the place is in doubt, and who goes first at a junction."""
+    """The country whose law counts where the place is in doubt, and the right of way at a junction."""
     doubted, way = goal.law.answer, right_of_way(state)
     explained = chosen.row.explained_by == "place" and not goal.law.assumed
     if explained and doubted is not None and PLACE in doubted.degraded:

@@ -91,7 +91,7 @@ MOTORWAY_LEAST_MPS = 60 * KMH
 
 
 def _slow_for_a_motorway(state: State, target: Target) -> bool:
-    """Whether the car's state asks for less than whoever comes from behind reckons with: nobody here looks back.
+    """Whether the car's state asks for a speed below what traffic from behind expects: no sensor here looks back.
 
     Told so, it stays so for a while: a target that wavers around the bound is no news each time.
     """
@@ -361,7 +361,7 @@ def _friction(state: State, target: Target, events: dict[str, Event]) -> Iterato
     if event is None or conditions is None:
         return
     if event.detail not in GRAVE and target.bounds[0].why in PASSED_SOON:
-        return  # till then whoever keeps to the target is slower than the road asks for
+        return  # until then a driver at the target is slower than the road allows
     # What a lead or a stop asks for now is not what the road does.
     told = OF_THE_ROAD[1:] if target.law.assumed else OF_THE_ROAD
     road_mps = min((bound.mps for bound in target.bounds if bound.why in told), default=None)

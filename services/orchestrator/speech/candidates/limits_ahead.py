@@ -41,7 +41,7 @@ FLICKERS_S = 5.0
 
 
 def approach(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:
-    """A limit that the ego will not keep unless it slows down now: nobody was in time to tell of it, or he did not."""
+    """A limit that the ego will not keep unless it slows down now: no message came in time, or the driver did not slow down."""
     ego, change = state.world.ego.speed_mps, state.world.ego.acceleration_mps2
     lower = lowest(_exceeded(state, binding_ahead(state)), target.law.limit)
     if lower is None or ego is None:

@@ -1,4 +1,4 @@
-"""Whom one might run into, and where one has to stop."""
+"""Candidates for road users ahead, and for places to stop or give way at."""
 
 from collections.abc import Iterator
 
@@ -37,7 +37,7 @@ LEAST_TTC_S, LOSES_MPS2 = 2.5, 4.0
 
 
 def person(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:
-    """People in or near the path for whom comfortable braking is not enough, as urgent as the most urgent of them."""
+    """People in or near the path that comfortable braking does not avoid; the most urgent one sets the urgency."""
     judged = [(way, _person_urgency(state, way)) for way in people(state.world) if clear(state.gaps, way)]
     found = [(way, urgency) for way, urgency in judged if urgency is not None and _worth_a_word(state, way, urgency)]
     if not found:
@@ -81,8 +81,8 @@ def _person_needs_mps2(state: State, way: Way) -> float:
 
 
 def _person_urgency(state: State, way: Way) -> Urgency | None:
-    """None: the driver has time to brake comfortably. Who would be an alarm before a warning is over is one at once; a driver who was
-    told and brakes enough hears no alarm."""
+    """None: the driver has time to brake comfortably. A person that would be an alarm before the warning is over is an alarm at once;
+    a driver who was told and brakes enough hears no alarm."""
     need, ttc_s = _person_needs_mps2(state, way), way.ttc_s
     told = told_within(state, Kind.PERSON, HEEDED_S)
     first = need > FIRM_MPS2 and not told and confirmed(state.gaps, way)
@@ -97,7 +97,7 @@ PERSON_SPOKEN_S, LEAD_SPOKEN_S = 0.8, 1.2
 HARD_MPS2 = 3.0
 """Firm braking."""
 SPARE_M = 1.0
-"""What is left between the ego and whom it stops behind."""
+"""The gap that is left when the ego has stopped behind a road user."""
 
 
 def lead(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:
@@ -134,7 +134,7 @@ def lead(state: State, target: Target, events: dict[str, Event]) -> Iterator[Can
 
 
 def _gives_way(state: State, way: Way) -> bool:
-    """Whether the driver was just told to give way, or was of late and brakes as hard as who comes needs."""
+    """Whether the driver was just told to give way, or was told of late and brakes as hard as the crossing vehicle needs."""
     return told_within(state, Kind.GIVE_WAY, REACTION_S) or _heeds(state, Kind.GIVE_WAY, _lead_needs_mps2(way))
 
 
@@ -158,7 +158,7 @@ def _hazard_ttc_s(way: Way) -> float:
 
 
 def stop(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:
-    """The nearest red light or stop sign; and who drives off below a light that he alone can see shall look at it."""
+    """The nearest red light or stop sign; and, for a driver who sets off below a light that only he can see, the request to look at it."""
     due = [stop for stop in stops(state) if stop.why != "person"] if "stop_required" in events else []
     if due and (found := _stop_candidate(state, due[0])) is not None:
         yield found
@@ -252,7 +252,7 @@ def go(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candi
 
 
 def give_way(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:
-    """A place to give way at, for who comes too fast to let others go first and does not slow down yet."""
+    """A place to give way at, for a driver too fast to let others go first who does not slow down yet."""
     here, ego, side = target.place, state.world.ego.speed_mps, state.signs.traffic_side
     if here is None:
         return
