@@ -1,6 +1,7 @@
 """`python -m studies gvqa.answer FILE.json OUT.json`: what the embedded backend answers of a DriveLM file's questions.
 
-It is given the file's objects and nothing else: no picture, no annotated answer, no description of the scene. Its answers
+It is given the file's objects and nothing else: no picture, no annotated answer, no description of the scene. With `--black`
+it is given no objects either, as from a black picture: the control, whose every answer is a guess. Its answers
 go to OUT.json in the challenge's form, for `python -m studies gvqa OUT.json FILE.json`; the table tells, for each
 family of questions, how many it answers and how many not.
 """
@@ -32,11 +33,15 @@ class Answered(NamedTuple):
     answer: str
 
 
-def answers(document: object) -> list[Answered]:
-    """An answer or none to each question of a file, whether it holds answers or not. Raises ``UnreadableGraph``."""
+def answers(document: object, *, black: bool = False) -> list[Answered]:
+    """An answer or none to each question of a file, whether it holds answers or not. Raises ``UnreadableGraph``.
+
+    `black`: the objects of the file are left out as well.
+    """
     document = questions_only(document)
+    hidden: dict[str, Any] = {"qa": (), "description": "", **({"objects": ()} if black else {})}
     graphs = {
-        (name, key): msgspec.structs.replace(graph, qa=(), description="")
+        (name, key): msgspec.structs.replace(graph, **hidden)
         for name, scene in from_drivelm(document).items()
         for key, graph in scene.frames.items()
     }
@@ -61,10 +66,11 @@ def main(arguments: Sequence[str]) -> int:
         "--submission", type=Path, metavar="FILE.json",
         help=f"a JSON object with {', '.join(SUBMITTED)}: OUT.json becomes the challenge's submission",
     )  # fmt: skip
+    parser.add_argument("--black", action="store_true", help="answer without the file's objects: the control")
     add_json(parser)
     flags = parser.parse_args(arguments)
     try:
-        found = answers(load(flags.file))
+        found = answers(load(flags.file), black=flags.black)
         by = _submitter(flags.submission) if flags.submission else None
     except UnreadableGraph as error:
         sys.stderr.write(f"studies.gvqa.answer: {error}\n")

@@ -1,4 +1,4 @@
-"""`python -m studies gvqa PREDICTIONS.json REFERENCE.json`: the table, or `--json`."""
+"""`python -m studies gvqa PREDICTIONS.json ... REFERENCE.json`: the table, or `--json`."""
 
 import argparse
 import sys
@@ -29,28 +29,31 @@ def main(arguments: Sequence[str]) -> int:
         description="Scores answers to DriveLM's questions offline: exact match, coordinate match, BLEU, ROUGE-L, CIDEr.",
     )
     parser.add_argument(
-        "predictions", type=Path, help="a file of DriveLM's form, or its challenge's list of id and answer"
+        "predictions", type=Path, nargs="+", help="files of DriveLM's form, or its challenge's lists of id and answer"
     )
     parser.add_argument("reference", type=Path, help="a file of DriveLM's form")
     add_json(parser)
     flags = parser.parse_args(arguments)
     try:
-        found = report(*pair(load(flags.predictions), rows(load(flags.reference))))
+        reference = rows(load(flags.reference))
+        found = {str(file): report(*pair(load(file), reference)) for file in flags.predictions}
     except UnreadableGraph as error:
         sys.stderr.write(f"studies.gvqa: {error}\n")
         return 2
-    show([sheet(found)], as_json=flags.json, figures=found)
+    show([sheet(*each) for each in found.items()], as_json=flags.json, figures=found)
     return 0
 
 
-def sheet(found: Report) -> Sheet:
-    """A row a metric."""
-    rows = [(one.metric, one.asked, one.answered, one.score) for one in found.scores]
+def sheet(name: str, found: Report) -> Sheet:
+    """A row a metric, of the answers of one file."""
+    rows = [(name, one.metric, one.asked, one.answered, one.score, one.lenient) for one in found.scores]
     notes = [f"{found.answered} of {found.asked} questions answered"]
     if found.judged:
         notes.append(f"{found.judged} questions are for a language model to judge: not scored here")
     return Sheet(
-        ("metric", "asked", "answered", Column(title="score", places=4)), rows, [*notes, *_odd(found.oddities)]
+        ("answers", "metric", "asked", "answered", Column(title="score", places=4), Column(title="lenient", places=4)),
+        rows,
+        [*notes, *_odd(found.oddities)],
     )
 
 

@@ -135,7 +135,7 @@ def main(arguments: Sequence[str]) -> int:
     (flags.folder / "reference.json").write_bytes(msgspec.json.format(msgspec.json.encode(reference)))
     (flags.folder / "answers.json").write_bytes(as_challenge(ours))
     scores = report(*pair(msgspec.json.decode(as_challenge(ours)), rows(reference)))
-    show([sheet(ours), scores_sheet(scores)], as_json=flags.json)
+    show([sheet(ours), scores_sheet(str(flags.folder / "answers.json"), scores)], as_json=flags.json)
     return 0
 
 

@@ -19,12 +19,23 @@ ROUGE_BETA = 1.2
 CIDER_ORDERS = (1, 2, 3, 4)
 CIDER_SIGMA = 6.0
 """Words of difference in length at which the Gaussian penalty has fallen to 0.61 (Vedantam et al. 2015, CIDEr-D)."""
+_ARTICLES = frozenset({"a", "an", "the"})
+_NUMBERS = {word: str(number) for number, word in enumerate(
+    ("zero", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
+)}  # fmt: skip
+_WHOLE = re.compile(r"^(\d+)\.0+$")
 _WORD = re.compile(r"[a-z0-9]+(?:[._'-][a-z0-9]+)*")
 
 
 def words(text: str) -> list[str]:
     """Lower case, without punctuation; numbers, names with underscores and hyphened words stay whole."""
     return _WORD.findall(text.lower())
+
+
+def normalised(text: str) -> str:
+    """The answer without case, articles and punctuation; number words to twelve become digits, and 30.0 becomes 30."""
+    kept = (_NUMBERS.get(word, word) for word in words(text) if word not in _ARTICLES)
+    return " ".join(_WHOLE.sub(r"\1", word) for word in kept)
 
 
 def bleu(answers: Sequence[Words], references: Sequence[Words], order: int) -> float:

@@ -8,7 +8,7 @@ import msgspec
 
 from services.drivelm.graph.tags import points
 from studies.gvqa.coordinates import f1
-from studies.gvqa.language import bleu, cider, rouge_l, words
+from studies.gvqa.language import bleu, cider, normalised, rouge_l, words
 from studies.gvqa.pairing import Oddities, Pair
 
 EXACT, JUDGED, LANGUAGE, MATCH = 0, 1, 2, 3
@@ -24,6 +24,8 @@ class Score(msgspec.Struct, frozen=True, kw_only=True):
     asked: int
     answered: int
     score: float | None
+    lenient: float | None = None
+    """Exact match of answers after `normalised`; None: the metric has no lenient form."""
 
 
 class Report(msgspec.Struct, frozen=True, kw_only=True):
@@ -60,7 +62,9 @@ def report(pairs: Sequence[Pair], oddities: Oddities) -> Report:
 
 
 def _exact(pairs: Sequence[Pair]) -> Score:
-    return _score("exact match", pairs, [float(one.answer == one.asked.answer) for one in pairs])
+    strict = _score("exact match", pairs, [float(one.answer == one.asked.answer) for one in pairs])
+    alike = [float(one.answer is not None and normalised(one.answer) == normalised(one.asked.answer)) for one in pairs]
+    return msgspec.structs.replace(strict, lenient=round(fmean(alike), 6) if alike else None)
 
 
 def _match(pairs: Sequence[Pair]) -> Score:

@@ -29,6 +29,10 @@ def test_the_annotated_answers_are_not_looked_at() -> None:
     assert [one.family for one in found] == ["status", "moving", "other forms"]
 
 
+def test_nothing_is_answered_of_a_black_picture() -> None:
+    assert [one.answer for one in answers(_file(), black=True)] == ["", "", ""]
+
+
 def test_the_command_writes_answers_that_the_scorer_takes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file, out = tmp_path / "file.json", tmp_path / "out.json"
     file.write_text(json.dumps(_file()))
@@ -56,7 +60,7 @@ def test_what_is_answered_exactly_of_an_annotated_sequence_is_right(
     assert main([str(ANNOTATED), str(out)]) == 0
     capsys.readouterr()
     assert score([str(out), str(ANNOTATED), "--json"]) == 0
-    report = json.loads(capsys.readouterr().out)["figures"]
+    (report,) = json.loads(capsys.readouterr().out)["figures"].values()
     exact = report["scores"][0]
     assert report["answered"] >= 160
     assert exact["answered"] >= 30

@@ -52,8 +52,14 @@ def _answers(*texts: str) -> list[dict[str, str]]:
 ALL = ("Going ahead.", "No.", "<c1,CAM_FRONT,12.0,10.0>", "The light is red.", "The lead brakes hard.", "Fine.")
 
 
-def _scores(out: str) -> dict[str, float]:
-    return {one["metric"]: one["score"] for one in json.loads(out)["figures"]["scores"]}
+def _figures(out: str) -> Any:
+    """Of the only file."""
+    (found,) = json.loads(out)["figures"].values()
+    return found
+
+
+def _scores(out: str, form: str = "score") -> dict[str, float]:
+    return {one["metric"]: one[form] for one in _figures(out)["scores"]}
 
 
 def test_each_question_counts_under_the_metric_of_its_form(score: Any) -> None:
@@ -63,7 +69,23 @@ def test_each_question_counts_under_the_metric_of_its_form(score: Any) -> None:
     assert found["exact match"] == 0.5  # "Going ahead." right, "No." for "Yes." wrong
     assert found["coordinate match F1"] == pytest.approx(2 / 3, abs=1e-6)  # one of two points
     assert found["BLEU-1"] == found["ROUGE-L"] == 1.0
-    assert json.loads(out)["figures"]["judged"] == 1
+    assert _figures(out)["judged"] == 1
+
+
+def test_exact_match_is_told_strictly_and_without_case_articles_punctuation_and_spelling_of_numbers(score: Any) -> None:
+    _, out, _ = score(_answers("the Going ahead", "yes"), "--json")
+    assert _scores(out)["exact match"] == 0.0
+    assert _scores(out, "lenient")["exact match"] == 1.0
+    assert _scores(out, "lenient")["ROUGE-L"] is None
+
+
+def test_several_answers_stand_beside_each_other(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for name, said in (("ours", _answers(*ALL)), ("black", []), ("reference", REFERENCE)):
+        (tmp_path / name).write_text(json.dumps(said))
+    assert main([str(tmp_path / name) for name in ("ours", "black", "reference")]) == 0
+    out = capsys.readouterr().out
+    assert f"{tmp_path / 'ours'} | exact match | 2 | 2 | 0.5000 | 0.5000" in out
+    assert f"{tmp_path / 'black'} | exact match | 2 | 0 | 0.0000 | 0.0000" in out
 
 
 def test_an_unanswered_question_scores_0_and_is_told(score: Any) -> None:
@@ -93,7 +115,7 @@ def test_what_does_not_fit_is_counted(score: Any) -> None:
         "no row",
     ]
     _, out, _ = score(rows, "--json")
-    assert json.loads(out)["figures"]["oddities"] == {
+    assert _figures(out)["oddities"] == {
         "unanswered": 4, "other_question": 1, "disputed": 1, "unknown": 1, "wrong_form": 2, "broken_tags": 1,
     }  # fmt: skip
     assert _scores(out)["exact match"] == 0.5
@@ -105,7 +127,7 @@ def test_a_file_of_drivelms_form_is_scored_by_question_whatever_its_order(score:
     turned["s"]["key_frames"]["f"]["QA"]["perception"].reverse()
     _, out, _ = score(turned, "--json")
     assert _scores(out)["exact match"] == 1.0
-    assert json.loads(out)["figures"]["oddities"]["unanswered"] == 0
+    assert _figures(out)["oddities"]["unanswered"] == 0
 
 
 def test_a_questions_own_tags_decide_its_metrics(score: Any) -> None:

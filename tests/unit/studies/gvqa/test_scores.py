@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from services.drivelm.graph.tags import points
 from studies.gvqa.coordinates import f1, has_broken_tag
-from studies.gvqa.language import bleu, cider, rouge_l, words
+from studies.gvqa.language import bleu, cider, normalised, rouge_l, words
 
 SENTENCES = st.lists(st.sampled_from(["a", "b", "c", "d", "e"]), max_size=8)
 
@@ -50,6 +50,25 @@ def test_words_lose_case_and_punctuation_and_keep_numbers_whole() -> None:
     assert words("The Traffic-light at <c1,CAM_FRONT,7.5,8> is RED.") == [
         "the", "traffic-light", "at", "c1", "cam_front", "7.5", "8", "is", "red",
     ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("said", "wanted"),
+    [
+        ("Two cars.", "2 cars"),
+        ("The light is RED", "light is red."),
+        ("30.0", "30"),
+        ("A.", ""),
+        ("a 3.5 m gap", "3.5 m gap"),
+    ],
+)
+def test_lenient_answers_lose_case_articles_punctuation_and_the_spelling_of_numbers(said: str, wanted: str) -> None:
+    assert normalised(said) == normalised(wanted)
+
+
+@given(st.text())
+def test_normalising_twice_changes_nothing(text: str) -> None:
+    assert normalised(normalised(text)) == normalised(text)
 
 
 def test_bleu_counts_over_the_whole_set_and_punishes_shortness() -> None:
