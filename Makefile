@@ -17,7 +17,7 @@ FUZZ_EXAMPLES ?= 75000
 SIDE_BY_SIDE := -n logical --maxprocesses 4 --dist worksteal
 
 .DEFAULT_GOAL := help
-.PHONY: help demo install check format test replay properties fuzz stack conformance chaos soak mutation bench mcpb evaluate clean
+.PHONY: help demo install check format test replay properties fuzz stack conformance chaos soak mutation bench mcpb evaluate docs clean
 
 help:
 	@echo "make demo     set up what a drive needs, then drive urb-rain for 60 s (ARGS='--headless ...')"
@@ -34,6 +34,7 @@ help:
 	@echo "make mutation what no test of the arbiter tells from a changed arbiter, all mutants (ARGS='--sample 30 --seed 7')"
 	@echo "make bench    ours beside what one would pick instead, in one run"
 	@echo "make mcpb     a bundle that a desktop client installs, and server.json (ARGS='--url URL')"
+	@echo "make docs     the pages as a site with search, in build/site; a broken link ends it"
 	@echo "make evaluate the paper's tables, measured (ARGS='results --quick'; without: all of them, for hours)"
 
 $(VENV)/.made:
@@ -126,6 +127,10 @@ mcpb: $(VENV)/.made
 evaluate: $(VENV)/.full
 	@scripts/system-packages $(BIN)/python
 	$(BIN)/drivemcp evaluate $(or $(ARGS),all)
+
+docs: $(VENV)/.full
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict $(ARGS)
+	@echo "to read it: $(BIN)/python -m http.server --directory build/site"
 
 clean:
 	rm -rf $(VENV) .venv-peers .venv-langgraph build dist out .mypy_cache .ruff_cache .hypothesis mutants
