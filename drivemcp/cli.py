@@ -12,6 +12,12 @@ from drivemcp.runtime.proto_guard import check_proto
 from drivemcp.terminal import filter_output
 
 GROUP = "drivemcp.commands"
+EXIT_CODES = {
+    0: "done",
+    1: "the command failed, or found what it looks for: a broken log, a difference, a failed check",
+    2: "a mistake of the user's, or a bus that cannot be reached; one line on stderr says what to do",
+    130: "interrupted (Ctrl-C)",
+}
 _REMEDIES = {
     "evaluation": "the distribution drivemcp-evaluation: pip install --find-links FOLDER 'drivemcp[evaluation]', or make install",
     "studies": "a clone of the repository: make install",
@@ -53,7 +59,7 @@ def _module_remedy(module: str) -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run one command and exit: 0 well, 1 the command's own failure, 2 a user's mistake, 130 interrupted."""
+    """Run one command and exit with one of `EXIT_CODES`."""
     filter_output()
     sys.exit(run(arguments))
 

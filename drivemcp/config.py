@@ -17,33 +17,47 @@ class BusConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     """How to reach the others. Endpoints are explicit; nothing is searched for by multicast unless asked."""
 
     mode: Literal["client", "peer"] = "client"
+    """`client` connects to a router; `peer` needs none."""
     connect: tuple[str, ...] = ()
+    """Endpoints of routers, for example `tcp/127.0.0.1:7447`."""
     listen: tuple[str, ...] = ()
+    """Endpoints that others may connect to."""
     multicast: bool = False
+    """Peers are searched for by multicast."""
     user: str = ""
+    """Name at the router."""
     password_file: str = ""
+    """File that holds the user's password."""
     tls_folder: str = ""
     """For `tls/` endpoints: a folder with `ca.pem` and `tls.pem` (`drivemcp access FOLDER --tls NAME`)."""
     connect_timeout_s: Annotated[float, msgspec.Meta(gt=0.0, le=3600.0)] = 20.0
+    """How long the start waits for a router; without one the service then ends with exit code 2."""
 
 
 class ServiceConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """What every service may be told."""
 
     vehicle: str = "ego"
+    """Name of the vehicle on the bus. Services with different names do not see each other."""
     bus: BusConfig = BusConfig()
     lockstep: bool = False
+    """Time advances in steps that the simulator or player commands, so that a drive can be repeated exactly."""
     modelled_ms: dict[str, float] = {}
     """In lockstep: what a call of each tool takes, ms; one past its deadline is late. Tools not named: 4 ms."""
     log_level: Literal["debug", "info", "warning", "error"] = "info"
+    """Least level of what is logged."""
     out_dir: str = "out"
+    """Folder that logger and arbiter write to."""
     grant_file: str = ""
+    """The grant (`drivemcp grant`) that the arbiter brakes by and the gateway calls by. The file is watched."""
     trusted_keys: tuple[str, ...] = ()
     """Public keys (base64) whose grants count."""
     trusted_keys_file: str = ""
     """A file with more of them, a line each; a key that leaves it ends its grants at once."""
     tool_workers: Annotated[int, msgspec.Meta(ge=1, le=256)] = 4
+    """Threads that answer tool calls."""
     max_pending_calls: Annotated[int, msgspec.Meta(ge=0, le=10_000)] = 16
+    """Calls that may wait for such a thread; one more is refused as busy."""
     heartbeat_file: str = ""
     """Touched every second by the worker thread; a container's health check looks at its age."""
 

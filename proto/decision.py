@@ -234,7 +234,9 @@ class Preferences(msgspec.Struct, frozen=True, kw_only=True):
     """How the driver wants to be spoken to."""
 
     language: Language = "en"
+    """Language of what is said."""
     unit: Unit = "km/h"
+    """Unit of speeds."""
     converts: bool = False
     """Limits are spoken in the driver's unit where the country's is another."""
     tolerance_low: float = 0.0
@@ -242,8 +244,11 @@ class Preferences(msgspec.Struct, frozen=True, kw_only=True):
     tolerance_high: float = 0.0
     """The same above higher limits."""
     verbosity: Literal["short", "normal", "full"] = "normal"
+    """How much of the reasons is told."""
     tone: Literal["neutral", "friendly"] = "neutral"
+    """How it is worded."""
     muted: bool = False
+    """Only hazards and first notices are spoken."""
     vehicle: VehicleFacts = VehicleFacts()
     """Of car, trailer and driver, what limits hang on."""
     part: Part = ""

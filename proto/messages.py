@@ -107,19 +107,3 @@ GRAVER: Mapping[str, tuple[str, ...]] = MappingProxyType({"slow_traffic": ("clos
 def covers(told: str, hazard: str) -> bool:
     """Whether a warning of one hazard is a warning of another."""
     return told == hazard or told in GRAVER.get(hazard, ())
-
-
-BEGIN, END = "<!-- kinds of message -->", "<!-- /kinds of message -->"
-
-
-def kinds_table() -> str:
-    """The table as Markdown; `docs/explanation/advice.md` carries it, a test keeps the two in step."""
-    lines = [
-        "| kind | what | said again after | first notice is owed | never waits | hazards |",
-        "|---|---|---|---|---|---|",
-    ]
-    for row in KINDS:
-        again = row.repeats or ("never: once in a drive" if math.isinf(row.repeat_s) else f"{row.repeat_s:g} s")
-        owed, presses = ("yes" if held else "" for held in (row.first_notice, row.presses))
-        lines.append(f"| `{row.kind}` | {row.says} | {again} | {owed} | {presses} | {', '.join(row.hazards)} |")
-    return "\n".join(lines)

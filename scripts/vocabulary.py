@@ -1,4 +1,4 @@
-"""Writes the words that a rulepack may use, and the page that lists them: `python scripts/vocabulary.py`. A test keeps both in step."""
+"""Writes the words that a rulepack may use: `python scripts/vocabulary.py`. `scripts/reference` makes their page of the same."""
 
 import sys
 from collections.abc import Iterable, Mapping
@@ -13,13 +13,13 @@ if __name__ == "__main__":
 
 from proto.rules import LegalAction, VehicleClass  # noqa: E402
 from proto.scene import Unit  # noqa: E402
+from scripts.reference.markdown import page  # noqa: E402
 from services.drivelm.vocabulary.classes import LIGHTS, OTHER, READER_CLASSES  # noqa: E402
 from services.rules.authoring import vocabulary as words  # noqa: E402
 from services.rules.packs.format import Condition, Lane, Prohibition, Provision, RightOfWay, RoadType, Sign  # noqa: E402
 from services.rules.right_of_way import CROSSINGS, REPLACED_BY_LIGHTS  # noqa: E402
 from services.rules.signs.sign_codes import parse_reading  # noqa: E402
 
-PAGE = ROOT / words.PAGE
 READ = frozenset(parse_reading(name).code for name in READER_CLASSES if name not in (OTHER, *LIGHTS))
 """Codes that the front end's reader writes."""
 
@@ -53,8 +53,6 @@ def as_page(found: words.Vocabulary) -> str:
     of_kind = {title: [code for code in found.signs if code.startswith(head)] for title, head in kinds.items()}
     others = [code for code in found.signs if not any(code in codes for codes in of_kind.values())]
     parts = [
-        "# The words of a rulepack",
-        "`python scripts/vocabulary.py` writes this page from the tables of the code and the shipped packs; it is not edited by hand. "
         "`drivemcp rulepack validate` refuses any other word and names the nearest ones. "
         f"A word of a pack's own begins with `{words.OWN}`: no service acts by it and no reader writes it.",
         "## Triggers (`right_of_way.trigger`)",
@@ -79,7 +77,7 @@ def as_page(found: words.Vocabulary) -> str:
             "`lanes`": _listed(get_args(Lane)),
         }, code=False),
     ]  # fmt: skip
-    return "\n\n".join(parts) + "\n"
+    return page("Words of a rulepack", *parts)
 
 
 def _entries(path: Path, kind: type) -> list:  # type: ignore[type-arg]
@@ -100,11 +98,10 @@ def _table(name: str, says: str, rows: Mapping[str, str], *, code: bool = True) 
 
 
 def main() -> int:
-    """Write both."""
+    """Write the list."""
     found = in_use()
     words.FILE.write_bytes(as_json(found))
-    PAGE.write_text(as_page(found), encoding="utf-8")
-    sys.stdout.write(f"{words.FILE}\n{PAGE}\n")
+    sys.stdout.write(f"{words.FILE}\n")
     return 0
 
 

@@ -21,8 +21,11 @@ class HttpConfig(ServiceConfig, frozen=True, kw_only=True):
     """Where to listen; port 0 takes a free one, which is told in the service's health."""
 
     host: str = "127.0.0.1"
+    """Address to listen on; one beyond loopback needs `token_file`."""
     port: int = 0
+    """0 takes a free port."""
     token_file: str = ""
+    """File that holds the token of the clients, at least 16 characters."""
     allowed_hosts: tuple[str, ...] = ()
     """Host headers to accept beyond loopback, for example `car.example:*`."""
     request_s: Annotated[float, msgspec.Meta(gt=0.0, le=3600.0)] = 10.0
@@ -30,7 +33,9 @@ class HttpConfig(ServiceConfig, frozen=True, kw_only=True):
     idle_s: Annotated[int, msgspec.Meta(ge=1, le=3600)] = 30
     """Between an answer and the next request of a connection."""
     max_connections: Annotated[int, msgspec.Meta(ge=1, le=10_000)] = 64
+    """One more is closed at once."""
     max_request_kb: Annotated[int, msgspec.Meta(ge=1, le=65_536)] = 1024
+    """A larger request is answered with 413."""
 
 
 def token_of(config: HttpConfig) -> str:

@@ -39,11 +39,14 @@ KEPT_DECISIONS = 600
 
 
 class ArbiterConfig(ServiceConfig, frozen=True, kw_only=True):
-    """Which profile, which Delta (None: the profile's), and where feedback is kept (empty: `out_dir/arbiter.json`)."""
+    """Which profile, which Delta, and where feedback is kept."""
 
     profile: str = "calibrated"
+    """Name of a shipped profile, or a file."""
     delta: float | None = None
+    """The margin Δ; unset: the profile's."""
     state_file: str = ""
+    """Where feedback is kept. Empty: `out_dir/arbiter.json`."""
     learnt: tuple[float, float] | None = None
     """Delta and c_min as feedback on earlier drives left them, instead of what a file has; within the profile's bounds."""
     grant_memory: str = ""

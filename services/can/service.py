@@ -56,13 +56,16 @@ class CanConfig(ServiceConfig, frozen=True, kw_only=True):
     """Which buses, which car, and what may be sent."""
 
     profile: str = "vehicles/sim/profile.toml"
+    """The car's profile."""
     description_folders: tuple[str, ...] = ()
     """Where bus descriptions lie that are not beside the profile."""
     buses: tuple[BusConfig, ...] = (BusConfig(),)
     diagnostics_bus: str = ""
     """Where the control units are asked. Empty: on the first bus."""
     ego_hz: float = 20.0
+    """How often `ego` is published."""
     degradation_hz: float = 2.0
+    """How often `can/degradation` is published."""
     history_mb: Annotated[float, msgspec.Meta(gt=0.0, le=1024.0)] = 16.0
     """Set aside for the last frames of each bus: 78 bytes a frame, so 51 s of a full bus of 4000 frames a second."""
     poll_dtcs_s: float | None = None
@@ -70,6 +73,7 @@ class CanConfig(ServiceConfig, frozen=True, kw_only=True):
     sent unasked.
     """
     allow_fault_scenarios: bool = False
+    """Whether `activate_fault_scenario` may give the simulated car faults."""
     raw_access: bool | None = None
     """Whether tools tell raw bytes and signals that are not curated. Unset: of our simulated car alone."""
     allow_vin: bool = False

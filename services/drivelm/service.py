@@ -55,6 +55,7 @@ class DrivelmConfig(ServiceConfig, frozen=True, kw_only=True):
     max_age_s: Annotated[float, msgspec.Meta(gt=0, le=60)] = 4.0
     """Pictures older than this, against the newest, are not asked about any more."""
     model: str = "models/reader.onnx"
+    """The sign reader."""
     providers: str = "cpu"
     """Execution providers of ONNX Runtime for the reader, in their order, with commas: cpu, cuda, tensorrt, openvino, coreml."""
     home: str = "DEU"
@@ -62,6 +63,7 @@ class DrivelmConfig(ServiceConfig, frozen=True, kw_only=True):
     max_reads: int = 8
     """Crops read per picture at most; what the frame's share of the processor allows."""
     graph_camera: str = "front"
+    """The camera whose boxes the scene graph is made of."""
     stale_ms: float = 1000.0
     """Boxes older than this give no scene graph."""
     read_names: bool = False

@@ -36,31 +36,42 @@ Bound = Annotated[float, msgspec.Meta(ge=0.0, le=1e9)]
 
 
 class LoggerConfig(ServiceConfig, frozen=True, kw_only=True):
-    """Settings of the logger. Empty paths lie under `out_dir`: logs/, memory.sqlite; that of the key in this user's state folder."""
+    """What is written where, how often, and for how long it is kept."""
 
     log_dir: str = ""
+    """Folder of the logs. Empty: `out_dir/logs`."""
     secret_dir: str = ""
     """Where the signing key lies; empty: `drivemcp/log-keys` in the user's state folder, never in a drive's folder."""
     anchor_file: str = ""
     """Signed heads are also appended to this file, which should be elsewhere and append-only; empty: none."""
     anchor_s: Annotated[float, msgspec.Meta(ge=0.0, le=3600.0)] = 10.0
+    """Least time between two heads in `anchor_file`."""
     stamp_url: str = ""
     """Address (http, https) of an authority for time stamps (RFC 3161) of signed heads; empty: none."""
     stamp_s: Annotated[float, msgspec.Meta(ge=0.0, le=1e6)] = 600.0
-    """One between so often; 0: of each file's last head alone."""
+    """Least time between two time stamps; 0: of each file's last head alone."""
     memory_file: str = ""
+    """Long-term memory. Empty: `out_dir/memory.sqlite`."""
     pictures: Pictures = "all"
+    """`events`: only pictures around ticks that were not SILENT."""
     pictures_before_s: Around = 5.0
+    """With `events`: from so long before such a tick."""
     pictures_after_s: Around = 5.0
+    """With `events`: to so long after it."""
     flush_ms: Annotated[float, msgspec.Meta(ge=1.0, le=60_000.0)] = 100.0
     """At most 100 counts; a flush is half of what a kill -9 may cost."""
     fsync_s: Annotated[float, msgspec.Meta(ge=0.0, le=3600.0)] = 1.0
     """How much a loss of power may cost; a kill of the process does not wait for it."""
     max_file_mb: Annotated[float, msgspec.Meta(ge=0.01, le=1e6)] = 512.0
+    """A larger log goes on in a new file."""
     max_file_s: Annotated[float, msgspec.Meta(ge=1.0, le=1e8)] = 3600.0
+    """So does a longer one."""
     max_total_mb: Bound = 20_000.0
+    """The oldest files beyond it are deleted when a new one begins, and that is logged; 0: no bound."""
     max_age_days: Bound = 0.0
+    """So are files older than this; 0: no bound."""
     queue_mb: Annotated[float, msgspec.Meta(ge=1.0, le=65_536.0)] = 64.0
+    """What may wait to be written; more is lost and counted."""
     privacy: Literal["full", "minimal"] = "full"
     """`minimal`: no continuous record of speed, place and limit; what is left out is hashed. Each tick that spoke or braked is kept;
     pictures are kept around those alone, and no recording is written."""

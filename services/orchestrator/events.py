@@ -49,12 +49,14 @@ NOTHING = Signal(0.0)
 
 
 class EventRow(NamedTuple):
-    """One kind of event. `g` in the unit that the comment beside the row names."""
+    """One kind of event. It holds while the g that `detect` returns exceeds `eta`."""
 
     kind: str
     detect: Callable[[State], Signal]
     eta: float
     tools: tuple[str, ...]
+    g: str
+    """What g measures, for people."""
 
 
 def detect_events(
@@ -221,20 +223,68 @@ def _share(stamp_ns: int | None, valid_ns: int, now_ns: int) -> float:
 
 
 TABLE: tuple[EventRow, ...] = (
-    EventRow("foreign_sign", _foreign_sign, 0.5, ("interpret_sign",)),  # confidence of the reading
-    EventRow("jurisdiction_change", _jurisdiction_change, 0.6, ("applicable_limit", "lookup_rule")),  # confidence
-    EventRow("dynamic_limit_update", _dynamic_limit, 0.3, ("applicable_limit", "assess_weather")),  # confidence
-    EventRow("speed_limit_change", _limit_change, 0.5, ("applicable_limit",)),  # 0 or 1
-    EventRow("uncertain_sign", _uncertain_sign, 0.1, ("interpret_sign",)),  # 1 - confidence of the best reading
-    EventRow("place_ahead", _place_ahead, 0.5, ("interpret_sign",)),  # confidence of the reading
-    EventRow("stop_required", _stop_required, 0.4, ("right_of_way",)),  # deceleration needed, m/s^2
-    EventRow("low_friction", _low_friction, 0.3, ("assess_weather",)),  # 1 - mu / 0.8: wet asphalt 0.25, flooded 0.5
-    EventRow("vehicle_fault", _vehicle_fault, 0.15, ("vehicle_health", "read_dtcs")),  # h; 0.2 of code, lamp or trend
-    EventRow("closing_lead", _closing_lead, 0.25, ()),  # 1 / time to collision: 4 s. No tool is worth the wait
-    EventRow("vulnerable_road_user", _vulnerable, 0.4, ("right_of_way",)),  # confidence of the track
-    EventRow("overspeed", _overspeed, 0.05, ("applicable_limit",)),  # share above the limit
-    EventRow("stale_fact", _stale, 1.0, ("applicable_limit", "assess_weather", "vehicle_health")),  # age / validity
-    EventRow("driver_query", lambda _: NOTHING, 0.5, ()),  # 1 while one is open; answered by the tool `ask`
+    EventRow("foreign_sign", _foreign_sign, 0.5, ("interpret_sign",), "confidence of the reading"),
+    EventRow(
+        "jurisdiction_change",
+        _jurisdiction_change,
+        0.6,
+        ("applicable_limit", "lookup_rule"),
+        "confidence of the country",
+    ),
+    EventRow(
+        "dynamic_limit_update",
+        _dynamic_limit,
+        0.3,
+        ("applicable_limit", "assess_weather"),
+        "confidence of the gantry's reading",
+    ),
+    EventRow("speed_limit_change", _limit_change, 0.5, ("applicable_limit",), "1 while the change is news"),
+    EventRow("uncertain_sign", _uncertain_sign, 0.1, ("interpret_sign",), "1 − confidence of the best reading"),
+    EventRow(
+        "place_ahead",
+        _place_ahead,
+        0.5,
+        ("interpret_sign",),
+        "confidence of a believed town or calm-street sign that is not passed yet",
+    ),
+    EventRow(
+        "stop_required",
+        _stop_required,
+        0.4,
+        ("right_of_way",),
+        "m/s² needed to stop at a red light, a stop sign, a person, or a mapped stop line without a sign or light",
+    ),
+    EventRow("low_friction", _low_friction, 0.3, ("assess_weather",), "1 − μ_low / 0.8: wet asphalt 0.25, flooded 0.5"),
+    EventRow(
+        "vehicle_fault",
+        _vehicle_fault,
+        0.15,
+        ("vehicle_health", "read_dtcs"),
+        "h of the car, or 0.2 for a trouble code, lamp, trend or doubted sensor",
+    ),
+    EventRow(
+        "closing_lead",
+        _closing_lead,
+        0.25,
+        (),
+        "1 / time to collision in 1/s, of a road user that surely comes nearer; 0 while the ego stands",
+    ),
+    EventRow(
+        "vulnerable_road_user",
+        _vulnerable,
+        0.4,
+        ("right_of_way",),
+        "confidence of the track, once certain or confirmed in three ticks",
+    ),
+    EventRow("overspeed", _overspeed, 0.05, ("applicable_limit",), "share of the speed above the limit"),
+    EventRow(
+        "stale_fact",
+        _stale,
+        1.0,
+        ("applicable_limit", "assess_weather", "vehicle_health"),
+        "age / validity of the oldest fact; the tool that refreshes it is asked",
+    ),
+    EventRow("driver_query", lambda _: NOTHING, 0.5, (), "1 while a question is open; the tool `ask` answers it"),
 )
 """Thresholds are ours; the evaluation's corruption protocol measures what they cost (docs/explanation/corruption.md)."""
 ETA = {row.kind: row.eta for row in TABLE}

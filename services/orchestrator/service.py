@@ -73,13 +73,16 @@ class OrchestratorConfig(ServiceConfig, frozen=True, kw_only=True):
     """When a silent perception is ticked over, whose absence degrades a tick, and how the driver is first spoken to."""
 
     silence_s: float = 0.3
+    """A tick is decided without perception after so long without a snapshot."""
     start_s: float = 10.0
     """How long a first snapshot may take; sensors that never spoke have not fallen silent before that."""
     expected: tuple[str, ...] = ("perception", "drivelm", "rules", "retrieval", "weather", "can", "arbiter", "logger")
+    """Services whose absence degrades a tick."""
     preferences: Preferences = Preferences()
     method: str = "tools"
     """How advice is come to (`advisor.py`); all but `tools` are baselines, found by entry point."""
     method_settings: dict[str, Any] = msgspec.field(default_factory=dict)
+    """Settings of that method."""
     parallel: bool = True
     """Whether the tools of a tick are asked at once, or one after another."""
     learns: bool = True

@@ -27,15 +27,18 @@ from services.perception.weather.watch import WeatherWatch
 
 
 class PerceptionConfig(ServiceConfig, frozen=True, kw_only=True):
-    """`detector`: an ONNX file, ours by default; another one, for instance a YOLOX file, may find more people in photographs."""
+    """How pictures become tracks."""
 
     detector: str = ""
+    """An ONNX file. Empty: the shipped detector. `drivemcp up --detector NAME` takes one of the models by name."""
     detector_layout: str = ""
     """Of a COCO-style detector whose outputs do not tell it: yolox, yolox-decoded, yolov5, yolov6, yolov8."""
     threads: int = 1
+    """Processor cores; with 2 both looks at a wide picture are taken side by side."""
     providers: str = "cpu"
     """Execution providers of ONNX Runtime in their order, with commas: cpu, cuda, tensorrt, openvino, coreml."""
     score_floor: float = 0.3
+    """Least score of a detector that names no floors; the shipped one has a floor per class."""
     late_ms: float = 300.0
     """Pictures that waited longer than this for their turn are dropped and counted, so that a backlog never builds up."""
     stale_ms: float = 1000.0

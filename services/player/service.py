@@ -28,12 +28,15 @@ class PlayerConfig(ServiceConfig, frozen=True, kw_only=True):
     seconds: float = 0.0
     """0: to the end."""
     picture_period_s: float = 0.5
+    """Time between the pictures of a folder."""
     max_rate_hz: float = 10.0
+    """Pictures of a video beyond this rate are skipped."""
     hold_s: float = 3.0
     """How long a single LiDAR frame is shown."""
     fov_deg: float = 0.0
     """Horizontal field of view; 0: not given, 60 degrees are assumed, and ranges are told with the doubt that goes with it."""
     camera_height_m: float = 1.4
+    """Height of the camera above the road."""
     can_log: str = ""
     """A log that python-can reads, published as frames of the bus `can0`."""
     can_channel: str = ""

@@ -59,6 +59,7 @@ class RetrievalConfig(ServiceConfig, frozen=True, kw_only=True):
     encoder_threads: int = 1
     """One: beside a full stack on two cores a second thread mostly waits for the first."""
     cache_size: int = 512
+    """Answers, and vectors of questions, that are kept."""
     encoder_budget_ms: float = 25.0
     """How long a question waits for the encoder before BM25 answers alone and says so; in lockstep it waits on."""
     reranker: str = ""

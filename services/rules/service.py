@@ -92,6 +92,7 @@ class RulesConfig(ServiceConfig, frozen=True, kw_only=True):
     today: str = ""
     """ISO date against which effective dates are checked; empty: that of the start, in lockstep none."""
     passages: int = 4
+    """Passages that Retrieval is asked for."""
     cache_size: int = 512
     """How many answers, by route segment and situation, and how many retrieved passages are kept."""
     languages: tuple[str, ...] = ("en", "de")

@@ -38,6 +38,7 @@ class SimulatorConfig(ServiceConfig, frozen=True, kw_only=True):
     scenario: str = "urb-rain"
     """The name of a shipped scenario, or the path of a TOML or JSON file."""
     seed: int = 1
+    """Varies traffic, looks and noise."""
     driver: DriverKind = "drawn"
     """`drawn`: the driver of the seed; `absent`: a driver that does nothing; others: see `driver/kinds.py`."""
     brakes_until_s: float | None = None
@@ -45,18 +46,27 @@ class SimulatorConfig(ServiceConfig, frozen=True, kw_only=True):
     seconds: float | None = None
     """How long; unset: what the scenario says; 0: to the end of the route."""
     autostart: bool = True
+    """The drive begins with the service; else at the call of `start_scenario`."""
     again: bool = False
     """Where a drive comes to its end, another begins with the next seed, until it is stopped. Not in lockstep."""
     cameras: tuple[str, ...] = ("front", "tele")
+    """Cameras that are drawn, of `front` and `tele`."""
     lidar: bool = True
+    """LiDAR sweeps are published."""
     lidar_at_crossings: bool = False
     """Without `lidar`, sweeps while somebody near by drives across the ego's way: for runs whose other sensors are modelled."""
     gnss: bool = True
+    """Positions are published."""
     map: bool = True
+    """The map around the car is published."""
     weather: bool = True
+    """Rain, temperature and light are published."""
     can: bool = True
+    """CAN frames are published."""
     can_bus: str = "can0"
+    """Name of that bus."""
     dbc: str = "vehicles/sim/sim.dbc"
+    """Bus description of the simulated car."""
     faults: tuple[str, ...] = ()
     """Faults of the car beside the scenario's own: PRESET@SECONDS or PRESET:SEVERITY@SECONDS."""
     ahead_ms: float = 200.0

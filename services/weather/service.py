@@ -47,10 +47,15 @@ class WeatherConfig(ServiceConfig, frozen=True, kw_only=True):
     """How often conditions are published, and how old an input may be."""
 
     conditions_hz: float = 2.0
+    """How often `conditions` is published."""
     sensing_max_age_s: float = 5.0
+    """Weather sensing older than this is not used."""
     ego_max_age_s: float = 1.0
+    """Ego data older than this are not used."""
     degradation_max_age_s: float = 5.0
+    """The car's health older than this is not used."""
     camera_max_age_s: float = 5.0
+    """The camera's weather older than this is not used."""
     internet: InternetConfig = InternetConfig()
 
 

@@ -31,8 +31,11 @@ class BusConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     channel: str | int = ""
     """Of the interface; empty: the name of the bus. Some adapters count their channels and want a number."""
     bitrate: BitRate | None = None
+    """Bit rate of the interface, bit/s; unset: as the interface is set."""
     fd: bool = False
+    """Whether the bus is CAN FD."""
     data_bitrate: BitRate | None = None
+    """Bit rate of the data phase of CAN FD, bit/s."""
     options: dict[str, str | int | float | bool] = msgspec.field(default_factory=dict)
     """What else the interface takes, by python-can's names."""
     recording: str = ""
@@ -42,7 +45,9 @@ class BusConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     speed: Annotated[float, msgspec.Meta(gt=0.0, le=1000.0)] = 1.0
     """Of the replay; 2 is twice as fast. The clock of the service sets the pace."""
     loop: bool = False
+    """A recording begins again at its end."""
     step_frames: Annotated[int, msgspec.Meta(ge=0)] = 0
+    """Recorded frames at each lockstep step or call of `step_recording`; 0: by `step_ms`."""
     step_ms: Annotated[float, msgspec.Meta(ge=0.0)] = 0.0
     """Not paced but stepped: so many frames, or so much recorded time, at each lockstep step or call of
     step_recording.

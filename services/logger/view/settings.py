@@ -12,9 +12,13 @@ class ViewSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     """The live view. Ports of 0 are chosen free. `bind` other than loopback shows the cameras to the network."""
 
     mode: Mode = "off"
+    """`web`: a page; `file`: a recording."""
     bind: str = "127.0.0.1"
+    """Address to listen on."""
     port: Port = 0
+    """Of the recording stream; 0 takes a free one."""
     web_port: Port = 0
+    """Of the page; 0 takes a free one."""
     image_hz: Annotated[float, msgspec.Meta(ge=0.0, le=1000.0)] = 5.0
     """Pictures a second and camera, 0: all; the log keeps them all."""
     memory_mb: Annotated[int, msgspec.Meta(ge=1, le=65_536)] = 200

@@ -35,6 +35,7 @@ class InternetConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     contact: str = ""
     """An e-mail address or a site; sent with each request. MET Norway answers no request without one."""
     latitude_deg: float | None = None
+    """Where the car is; only the nearest hundredth of a degree is sent."""
     longitude_deg: float | None = None
     """Where the car is; only the nearest hundredth of a degree is told to anyone."""
     every_s: float = 600.0

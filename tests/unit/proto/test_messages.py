@@ -1,24 +1,18 @@
-"""The table of kinds of message: whole, in step with the documentation, and what metrics and arbiter read."""
+"""The table of kinds of message: whole, and what metrics and arbiter read."""
 
 import pytest
 
-from proto.messages import BEGIN, END, GRAVER, KINDS, PRESSING, ROWS, Kind, covers, kinds_table
+from proto.messages import GRAVER, KINDS, PRESSING, ROWS, Kind, covers
 from proto.speech import News
 from services.orchestrator.speech.candidate import Candidate
 from services.orchestrator.speech.candidates import candidates
 from services.orchestrator.state import State
 from services.orchestrator.target.target import target
-from tests.shared import ROOT
 
 
 def test_every_kind_has_one_row() -> None:
     assert [row.kind for row in KINDS] == list(ROWS)
     assert set(ROWS) == set(Kind)
-
-
-def test_the_page_on_advice_carries_the_table() -> None:
-    page = (ROOT / "docs" / "explanation" / "advice.md").read_text(encoding="utf-8")
-    assert f"{BEGIN}\n{kinds_table()}\n{END}" in page
 
 
 def test_a_graver_warning_of_the_same_road_user_covers_a_calmer_one_and_not_the_other_way_round() -> None:

@@ -1,8 +1,8 @@
-"""The words that a pack may use: checked, and printed on a page."""
+"""The words that a pack may use: checked."""
 
 from pathlib import Path
 
-from scripts.vocabulary import PAGE, as_json, as_page, in_use
+from scripts.vocabulary import as_json, in_use
 from services.rules.authoring.validate import validated
 from services.rules.authoring.vocabulary import CONDITIONS, FILE, PROHIBITIONS
 from services.rules.limits import limit_candidates
@@ -10,10 +10,9 @@ from services.rules.lookup import rule_lookup
 from tests.unit.services.rules.editing import edit, rehash
 
 
-def test_the_list_and_its_page_are_those_of_the_packs_and_tables() -> None:
+def test_the_list_is_that_of_the_packs_and_tables() -> None:
     found = in_use()
     assert FILE.read_bytes() == as_json(found), "run: python scripts/vocabulary.py"
-    assert PAGE.read_text(encoding="utf-8") == as_page(found), "run: python scripts/vocabulary.py"
 
 
 def test_every_word_by_which_the_service_acts_is_explained() -> None:

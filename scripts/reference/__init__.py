@@ -1,0 +1,1 @@
+"""Pages of `docs/reference/` made from the tables and structs of the code: `python -m scripts.reference`."""
