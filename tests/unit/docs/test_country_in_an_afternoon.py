@@ -1,9 +1,6 @@
 """The page's own commands, from a new pack to a signed one that the Rules service answers from."""
 
-import os
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import msgspec
@@ -12,33 +9,25 @@ import pytest
 from drivemcp.testing import bus
 from proto.rules import RulesAnswer
 from services.rules.service import SERVICE, RulesConfig
+from tests.unit.docs.page_commands import blocks, page, run
 
-PAGE = (Path(__file__).parents[3] / "docs" / "tutorial" / "your-first-rulepack.md").read_text(encoding="utf-8")
-
-
-def blocks(language: str) -> str:
-    return "\n".join(re.findall(rf"^```{language}\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL))
+PAGE = page("tutorial/your-first-rulepack.md")
 
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Where the commands of steps 1 to 8 were run."""
     monkeypatch.chdir(tmp_path)
-    path = os.pathsep.join((str(Path(sys.executable).parent), os.environ["PATH"]))
-    done = subprocess.run(
-        ["bash", "-e"], input=blocks("sh"), env={**os.environ, "PATH": path},
-        capture_output=True, text=True, timeout=120, check=False,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    assert "is a draft" in done.stdout
-    assert "6 of 6 cases hold" in done.stdout
-    assert done.stdout.count("packs/XAV-v1: right") == 2
+    told = run(blocks(PAGE, "sh"), tmp_path, 120)
+    assert "is a draft" in told
+    assert "6 of 6 cases hold" in told
+    assert told.count("packs/XAV-v1: right") == 2
     return tmp_path
 
 
 def test_the_page_leads_from_a_new_pack_to_one_that_answers_by_its_signature(folder: Path) -> None:
     key = (folder / "key.pub").read_text(encoding="ascii").strip()
-    up, call = blocks("console").strip().replace('\\"$(cat key.pub)\\"', f'"{key}"').splitlines()
+    up, call = blocks(PAGE, "console").strip().replace('\\"$(cat key.pub)\\"', f'"{key}"').splitlines()
     settings = {name: msgspec.json.decode(value) for name, value in re.findall(r"rules\.(\w+)=(\[.*?\])", up)}
     assert settings == {"packs": ["packs/XAV-v1"], "pack_keys": [key]}
     tool, asked = re.findall(r"call (\w+) '(.*)'", call)[0]
