@@ -22,7 +22,7 @@ SIDE_BY_SIDE := -n logical --maxprocesses 4 --dist worksteal
 help:
 	@echo "make demo     set up what a drive needs, then drive urb-rain for 60 s (ARGS='--headless ...')"
 	@echo "make install  the full environment, all extras, in $(VENV)"
-	@echo "make check    format, lint, types, layers, generated pages"
+	@echo "make check    format, lint, types, layers, generated pages, language"
 	@echo "make test     all tests but those that make stack runs"
 	@echo "make replay   what the stack decides and sees beside the behaviour lock (ARGS=--update locks anew)"
 	@echo "make properties  the families of safety properties, 20,000 examples each"
@@ -73,6 +73,7 @@ check: $(VENV)/.full
 	$(BIN)/mypy $(SOURCES)
 	$(BIN)/lint-imports
 	$(BIN)/python -m scripts.reference --check
+	$(BIN)/python -m scripts.prose
 
 format: $(VENV)/.full
 	$(BIN)/ruff format $(SOURCES)

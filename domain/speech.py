@@ -76,7 +76,7 @@ def is_fresh(memory: Memory, hazard: str, now_ns: int, repeat_s: float, *, alarm
 
 
 def is_told(memory: Memory, hazard: str, now_ns: int, *, alarm: bool, within_s: float | None = None) -> bool:
-    """Whether the driver was warned of a hazard of late, or in the last `within_s`, as gravely."""
+    """Whether the driver was warned of a hazard recently, or in the last `within_s`, as gravely."""
     last = last_warned(memory, hazard, now_ns)
     if last is None or (alarm and not last.alarm):
         return False
@@ -84,7 +84,7 @@ def is_told(memory: Memory, hazard: str, now_ns: int, *, alarm: bool, within_s: 
 
 
 def last_warned(memory: Memory, hazard: str, now_ns: int) -> Warned | None:
-    """The latest warning of a hazard, or of a graver one of the same road user; None: there was none of late."""
+    """The latest warning of a hazard, or of a graver one of the same road user; None: there was none recently."""
     found = [each for each in memory.hazards if covers(each.hazard, hazard) and not _forgotten(each, now_ns)]
     return max(found, key=lambda each: each.stamp_ns, default=None)
 

@@ -46,8 +46,9 @@ def as_json(found: words.Vocabulary) -> bytes:
     return msgspec.json.format(msgspec.json.encode(found)) + b"\n"
 
 
-def as_page(found: words.Vocabulary) -> str:
+def as_page() -> str:
     """The page's content."""
+    found = in_use()
     named = "Named by shipped packs, for people; no service acts by them"
     kinds = {"Plates": "plate:", "Markings": "marking:", "Gantries": "led:", "Information": "info:"}
     of_kind = {title: [code for code in found.signs if code.startswith(head)] for title, head in kinds.items()}

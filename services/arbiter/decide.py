@@ -276,7 +276,7 @@ def _warns_first(weighed: Weighed, state: ArbiterState, inputs: Inputs, profile:
 
 
 def _warned_ns(state: ArbiterState, now_ns: int) -> int | None:
-    """Since when on the running clock the driver has been warned of a road user without a break; None: not of late."""
+    """Since when on the running clock the driver has been warned of a road user without a break; None: not recently."""
     if all(last_warned(state.memory, hazard, now_ns) is None for hazard in sorted(ANSWERED)):
         return None
     return state.run_ns if state.warned_ns is None else state.warned_ns
@@ -384,7 +384,7 @@ def _remembered(
 
 
 def _answered(weighed: Weighed, memory: Memory, hazard: str, inputs: Inputs, profile: Profile, *, alarm: bool) -> bool:
-    """Whether the driver was told of this road user of late, as gravely as now, and brakes as hard as the worst of all needs."""
+    """Whether the driver was told of this road user recently, as gravely as now, and brakes as hard as the worst of all needs."""
     last = last_warned(memory, hazard, inputs.now_ns)
     view = inputs.reading.view
     if last is None or (alarm and not last.alarm) or hazard not in ANSWERED or weighed.speak is None:

@@ -1,4 +1,4 @@
-"""The arbiter's own small file: what feedback has moved, and what was braked of late, kept between drives and restarts."""
+"""The arbiter's own small file: what feedback has moved, and what was braked recently, kept between drives and restarts."""
 
 import os
 from pathlib import Path

@@ -22,7 +22,7 @@ def test_the_committed_pages_are_what_the_code_gives() -> None:
 def test_a_stale_page_is_named_with_the_command_that_mends_it(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(reference, "PAGES", {"topics": lambda: "another"})
+    monkeypatch.setattr(reference, "GENERATED", {"topics": "scripts.reference.tables:kinds"})
     assert reference.main(["--check"]) == 1
     assert capsys.readouterr().err == "docs/reference/topics.md is stale; run: python -m scripts.reference\n"
 

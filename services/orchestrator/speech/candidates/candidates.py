@@ -281,7 +281,7 @@ def _fell(state: State, limit: LegalLimit) -> bool:
 
 
 def _is_new(state: State, limit: LegalLimit) -> bool:
-    """Whether it began of late."""
+    """Whether it began recently."""
     same = state.limit_mps is not None and abs(state.limit_mps - allowed_mps(limit)) < FELL_MPS
     return not same or state.limit_ns is None or state.now_ns - state.limit_ns < LIMIT_NEWS_S * 1e9
 
@@ -412,7 +412,7 @@ SURFACES = ("slippery", "water", "severe", "ice", "deep_water")
 
 
 def _gravest(state: State, surface: str, level: str) -> str:
-    """What is told of the road, or what was told of late and is graver: where grip wavers between two, neither is news again."""
+    """What is told of the road, or what was told recently and is graver: where grip wavers between two, neither is news again."""
     now = max(surface, "severe", key=SURFACES.index) if level == "severe" else surface
     told = state.memory.last(Kind.FRICTION)
     if told is None or not told_within(state, Kind.FRICTION, ROWS[Kind.FRICTION].repeat_s):

@@ -67,7 +67,7 @@ def _worth_a_word(state: State, way: Way, urgency: Urgency) -> bool:
 
 
 def _heeds(state: State, kind: Kind, need_mps2: float) -> bool:
-    """Whether the driver was told of such a thing of late and brakes as hard as it needs."""
+    """Whether the driver was told of such a thing recently and brakes as hard as it needs."""
     return told_within(state, kind, HEEDED_S) and _brakes(state, need_mps2)
 
 
@@ -134,7 +134,7 @@ def lead(state: State, target: Target, events: dict[str, Event]) -> Iterator[Can
 
 
 def _gives_way(state: State, way: Way) -> bool:
-    """Whether the driver was just told to give way, or was told of late and brakes as hard as the crossing vehicle needs."""
+    """Whether the driver was just told to give way, or was told recently and brakes as hard as the crossing vehicle needs."""
     return told_within(state, Kind.GIVE_WAY, REACTION_S) or _heeds(state, Kind.GIVE_WAY, _lead_needs_mps2(way))
 
 
@@ -216,7 +216,7 @@ def _hazard(stop: Stop) -> str:
 
 
 def _told_firmly(state: State, stop: Stop) -> bool:
-    """Whether the driver was told firmly of such a stop of late: a calmer word on it is no news."""
+    """Whether the driver was told firmly of such a stop recently: a calmer word on it is no news."""
     told = state.memory.last(Kind.STOP)
     firmly = told is not None and told.news == News(what=_hazard(stop), grave=True)
     return firmly and told_within(state, Kind.STOP, ROWS[Kind.STOP].repeat_s)

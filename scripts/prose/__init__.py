@@ -1,0 +1,1 @@
+"""Checks the language of pages and docstrings: `python -m scripts.prose`."""
