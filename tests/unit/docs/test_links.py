@@ -16,12 +16,16 @@ FILE = re.compile(rf"(?:{FOLDERS})/[\w./-]+\.\w+")
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 
 
+def anchor_of(heading: str) -> str:
+    """A heading as a browser is led to it."""
+    plain = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", heading.strip().lower())
+    return re.sub(r"[^\w\- ]", "", plain).replace(" ", "-")
+
+
 @cache
 def anchors(page: Path) -> frozenset[str]:
-    """The headings of a page as a browser is led to them."""
-    headings = re.findall(r"^#+ (.*)$", page.read_text(encoding="utf-8"), re.MULTILINE)
-    plain = (re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", heading.strip().lower()) for heading in headings)
-    return frozenset(re.sub(r"[^\w\- ]", "", heading).replace(" ", "-") for heading in plain)
+    """The anchors of a page's headings."""
+    return frozenset(map(anchor_of, re.findall(r"^#+ (.*)$", page.read_text(encoding="utf-8"), re.MULTILINE)))
 
 
 def broken_links(page: Path) -> Iterator[str]:
