@@ -57,8 +57,8 @@ def surely_moves_across(track: Track, across: Across) -> bool:
 def is_vehicle_there(track: Track, speed_mps: float | None, sight: Sight, across: Across) -> bool:
     """Whether a track that is called a vehicle is one: certain, or known for a while, or surely crossing, where no time is left.
 
-    Two kinds are mistaken often, and must be certain as well as known: traffic that comes towards the ego in its own lane,
-    and a vehicle that stands aside and is in the way only if its speed across is right. Other kinds are not judged here.
+    Two kinds are mistaken often, and must be certain as well as known. One is traffic that comes towards the ego in its own lane.
+    The other is a vehicle beside the way that is in it only if its lateral speed is right. Other kinds are not judged here.
     """
     if track.kind != "vehicle":
         return True

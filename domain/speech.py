@@ -58,7 +58,7 @@ def due(saying: Saying) -> tuple[bool, str]:
 
 
 def presses(fused: Fused) -> bool:
-    """Whether a message is of no use later."""
+    """Whether a message is useless later."""
     return fused.topic in PRESSING and fused.urgency != "info"
 
 
@@ -84,7 +84,7 @@ def is_told(memory: Memory, hazard: str, now_ns: int, *, alarm: bool, within_s: 
 
 
 def last_warned(memory: Memory, hazard: str, now_ns: int) -> Warned | None:
-    """The latest warning of a hazard, or of a graver one of the same road user; None: there was none recently."""
+    """The latest warning of a hazard, or of a graver one of the same road user; None: no such warning recently."""
     found = [each for each in memory.hazards if covers(each.hazard, hazard) and not _forgotten(each, now_ns)]
     return max(found, key=lambda each: each.stamp_ns, default=None)
 

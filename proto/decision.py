@@ -250,7 +250,7 @@ class Preferences(msgspec.Struct, frozen=True, kw_only=True):
     muted: bool = False
     """Only hazards and first notices are spoken."""
     vehicle: VehicleFacts = VehicleFacts()
-    """Of car, trailer and driver, what limits hang on."""
+    """The facts of car, trailer and driver that limits depend on."""
     part: Part = ""
     """Where the drive is and the law of parts of a country differs. It counts while that country is believed."""
 

@@ -96,7 +96,7 @@ ROWS: Mapping[Kind, KindRow] = MappingProxyType({row.kind: row for row in KINDS}
 WEIGHT: Mapping[Kind, int] = MappingProxyType({row.kind: at for at, row in enumerate(KINDS)})
 """Place in the table: the lower, the weightier."""
 PRESSING = frozenset(row.sent_as for row in KINDS if row.presses)
-"""Topics whose advice is of no use later."""
+"""Topics whose advice is useless later."""
 
 WORD_COUNTS_NS = 10_000_000_000
 """For so long a warning counts as heard; what was said longer ago belongs to another moment."""

@@ -125,7 +125,7 @@ class Situation(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class VehicleFacts(msgspec.Struct, frozen=True, kw_only=True):
-    """What stays as it is over a drive and limits hang on: the car, its trailer, its driver. The fields are those of `Situation`."""
+    """Facts about car, trailer and driver that limits depend on, constant over a drive. The fields are those of `Situation`."""
 
     vehicle_class: Annotated[VehicleClass, msgspec.Meta(description="class of the vehicle")] = "car"
     snow_chains: Annotated[bool, msgspec.Meta(description="chains are on")] = False

@@ -83,7 +83,7 @@ class Tools:
         return Advised(state, events, calls, outcomes, fused, chosen, goal, missed)
 
     def decide(self, request: ArbitrationRequest, state: State, ask: Ask) -> Decision:
-        """The arbiter's word on this very tick; without it the local rule, which never acts."""
+        """The arbiter's decision on this tick; without an answer the local rule, which never acts."""
         decision = ask.arbiter(request)
         if decision is None or decision.tick != request.tick:
             return decide_locally(request, state.memory, state.now_ns)

@@ -422,7 +422,7 @@ def _offer(node: Node, orchestrator: Orchestrator) -> None:
         ] = None,
         part: Part | None = None,
     ) -> Preferences:
-        """How the driver wants to be spoken to, and what limits hang on, from the next message on; absent fields stay as they are."""
+        """Set the driver's wishes on speech and the facts that limits depend on, from the next message; absent fields stay."""
         return orchestrator.prefer(
             language=language,
             unit=unit,

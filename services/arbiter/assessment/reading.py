@@ -13,7 +13,7 @@ from services.arbiter.assessment.assess import View
 
 M = TypeVar("M", bound=msgspec.Struct)
 WALKS_MPS = 1.0
-"""Slower sideways a person may not walk at all: the speed of one who stands is measured with 0.1 to 0.3 m/s."""
+"""Slower sideways a person may not walk at all: the speed of a standing person is measured with 0.1 to 0.3 m/s."""
 SKEW_NS = 1_000_000_000
 """Clocks of two hosts may differ by so much."""
 

@@ -17,7 +17,7 @@ from services.orchestrator.world.car_faults import covered
 
 REFRESHES = {"legal_limit": "applicable_limit", "conditions": "assess_weather", "degradation": "vehicle_health"}
 RETRY_NS = 500_000_000
-"""After a failure a tool is left in peace for so long: a dead service must not cost every tick its time."""
+"""After a failure a tool is not asked for so long: a dead service must not cost every tick its time."""
 PATIENT = frozenset({"vehicle_health", "right_of_way"})
 """So are these after an answer that does not serve: it lacks what the car tells, or its question comes and goes with a person."""
 
@@ -76,7 +76,7 @@ def _stale_tools(event: Event) -> tuple[str, ...]:
 
 
 def _answered(state: State, tool: str, arguments: dict[str, Any], serves_s: float) -> bool:
-    """Whether this very question was answered lately, or the tool failed a moment ago."""
+    """Whether the same question was answered recently, or the tool failed within `RETRY_NS`."""
     sha = rules_question.key(arguments)
     for asked in (each for each in state.asked if each.tool == tool):
         age_ns = state.now_ns - asked.stamp_ns

@@ -204,8 +204,10 @@ def _believed(value: str, sign: SignAhead, now_ns: int, evidence: str = "") -> B
 
 
 def read_anew(before: Signs, signs: Signs, now_ns: int) -> Signs:
-    """The signs behind a border that no sign told, with the limit that was passed last in the country's own unit: if recently, it is as
-    likely to stand behind the border as before it, and less than the law alone."""
+    """The signs behind a border without a border sign, with the limit that was passed last read in the country's unit.
+
+    A limit passed recently is as likely to stand behind the border as before it, and it is lower than the law alone.
+    """
     last, unit = before.permanent, unit_and_side(signs.country)[0]
     if last is None or last.posted.unit == unit or now_ns - last.since_ns > UNTOLD_BORDER_NS:
         return signs

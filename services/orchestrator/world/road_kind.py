@@ -23,8 +23,10 @@ NO_TOWN = 0.2
 FAST_MPS, OTHERS_MPS, FAST_NS = 90 / 3.6, 70 / 3.6, 20 * SECOND
 """Speed of the ego and of all vehicles that go its way (lorries are slower), and for how long, so that it is a fast flow."""
 KNOWN_S, FAR_M, LANE_M, WAY_MPS = 2.0, 40.0, 3.5, 1.5
-"""A vehicle tells of a lane once it is known for so long, so near that a bend does not place it a lane further, and surely going our
-way: faster over ground than this, or, where the ego's speed is unknown, pulling away by as much."""
+"""A vehicle tells of a lane if its track is old enough, near enough that a bend does not place it a lane further, and surely goes our way.
+
+It goes our way above that speed over ground, or, with an unknown ego speed, if it pulls away by as much.
+"""
 MANY_LANES = 3
 NEAR_M = 6.0
 """Nearer aside than this, oncoming traffic is on our carriageway."""

@@ -273,7 +273,7 @@ def _limit(state: State, target: Target, events: dict[str, Event]) -> Iterator[C
 
 
 def _fell(state: State, limit: LegalLimit) -> bool:
-    """Whether it is lower than the one before, which an answer of this very tick may have ended."""
+    """Whether it is lower than the limit before, which an answer of this tick may have ended."""
     mps = allowed_mps(limit)
     same = state.limit_mps is not None and abs(state.limit_mps - mps) < FELL_MPS
     before = state.former_mps if same else state.limit_mps

@@ -163,7 +163,7 @@ def _announced(state: State, lower: LimitAhead) -> Candidate:
 
 
 def _spare_s(lower: LimitAhead, speed_mps: float, slowing_mps2: float = COMFORT_MPS2) -> float:
-    """Until one who has still to react must be told, to come down to the limit at its sign."""
+    """Seconds until a driver, reaction included, must be told so that the car comes down to the limit at its sign."""
     return (_room_m(lower) - to_be_told_m(speed_mps, lower.mps, slowing_mps2)) / max(speed_mps, 1.0)
 
 

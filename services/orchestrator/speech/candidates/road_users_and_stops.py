@@ -196,8 +196,10 @@ def _stop_candidate(state: State, stop: Stop) -> Candidate | None:
 
 
 def _stops(state: State, speed_mps: float, need_mps2: float) -> bool:
-    """Whether a driver who was told of a line is about to stop there: he brakes by most of what it needs, and that is no firm braking, or
-    visibly at the very last."""
+    """Whether a driver who was told of a line is about to stop there.
+
+    The driver brakes by most of what the line needs, where that is not firm braking, or brakes visibly at low speed.
+    """
     slow = speed_mps < SLOW_MPS and _brakes(state, SLOWING_MPS2)
     soft = need_mps2 < HARD_MPS2 and _brakes(state, HEEDS_SHARE * need_mps2)
     return slow or soft or _brakes(state, need_mps2)
