@@ -30,4 +30,5 @@ def on_page_markdown(markdown: str, page: Any, config: Any, **_: Any) -> str:
         path = target.relative_to(docs.parent) if target.is_relative_to(docs.parent) else target
         return f"`{path}`" if link[1].strip("`") in (path.name, str(path)) else f"{link[1]} (`{path}`)"
 
-    return LINK.sub(inside, markdown)
+    blocks = re.split(r"(?ms)(^ *```.*?^ *```$)", markdown)
+    return "".join(block if number % 2 else LINK.sub(inside, block) for number, block in enumerate(blocks))
