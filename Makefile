@@ -17,7 +17,7 @@ FUZZ_EXAMPLES ?= 75000
 SIDE_BY_SIDE := -n logical --maxprocesses 4 --dist worksteal
 
 .DEFAULT_GOAL := help
-.PHONY: help demo install check format test replay properties fuzz stack conformance chaos soak mutation bench mcpb evaluate docs clean
+.PHONY: help demo install check format test replay properties fuzz stack conformance chaos soak mutation bench mcpb evaluate docs release clean
 
 help:
 	@echo "make demo     set up what a drive needs, then drive urb-rain for 60 s (ARGS='--headless ...')"
@@ -35,6 +35,7 @@ help:
 	@echo "make bench    ours beside what one would pick instead, in one run"
 	@echo "make mcpb     a bundle that a desktop client installs, and server.json (ARGS='--url URL')"
 	@echo "make docs     the pages as a site with search, in build/site; a broken link ends it"
+	@echo "make release  wheel and sdist, tried on each Python here, SBOMs, images, notes, checksums in dist/ (ARGS=--rehearse)"
 	@echo "make evaluate the paper's tables, measured (ARGS='results --quick'; without: all of them, for hours)"
 
 $(VENV)/.made:
@@ -133,6 +134,10 @@ evaluate: $(VENV)/.full
 docs: $(VENV)/.full
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict $(ARGS)
 	@echo "to read it: $(BIN)/python -m http.server --directory build/site"
+
+release: $(VENV)/.demo
+	@scripts/system-packages $(BIN)/python
+	$(BIN)/python -m scripts.release $(ARGS)
 
 clean:
 	rm -rf $(VENV) .venv-peers .venv-langgraph build dist out .mypy_cache .ruff_cache .hypothesis mutants

@@ -1,5 +1,6 @@
 """The official SDK's low-level server over the bus: tools from the catalogue, resources, prompts, and what changes."""
 
+from importlib.metadata import version
 from typing import Any
 
 import anyio.to_thread
@@ -111,7 +112,7 @@ def make_server(
 
     server = GatewayServer(
         "drivemcp",
-        version="0.1.0",
+        version=version("drivemcp"),
         instructions=_INSTRUCTIONS,
         lifespan=changes.running,
         get_tool_input_schema=lambda _: (

@@ -37,6 +37,9 @@ def test_what_is_in_which_wheel(wheels: Path) -> None:
     (evaluation,) = wheels.glob("drivemcp_evaluation-*.whl")
     assert packages(own) == {"proto", "domain", "drivemcp", "services", "app"}
     assert packages(evaluation) == {"evaluation"}
+    with zipfile.ZipFile(own) as file:
+        licences = {name.rpartition("/")[2] for name in file.namelist() if ".dist-info/licenses/" in name}
+    assert licences == {"LICENSE", "NOTICE"}
 
 
 def test_the_wheel_alone_drives_five_seconds_and_says_what_evaluate_needs(wheels: Path, tmp_path: Path) -> None:

@@ -1,6 +1,7 @@
 """What docker-compose.yml and the Dockerfile say, without an engine: every service, hardened, with its own credentials alone."""
 
 import re
+import runpy
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,9 @@ CONTAINERS: dict[str, dict[str, Any]] = {n: c for n, c in COMPOSE["services"].it
 BORROWED: dict[str, dict[str, Any]] = {n: c for n, c in COMPOSE["services"].items() if "profiles" in c}
 """Other projects' images, started only where asked."""
 DOCKERFILE = (ROOT / "docker/Dockerfile").read_text(encoding="utf-8")
+IGNORED = (ROOT / ".dockerignore").read_text(encoding="utf-8")
+REQUIREMENTS: dict[str, Any] = runpy.run_path(str(ROOT / "docker/requirements.py"))
+LAYERS: dict[str, tuple[str, ...]] = REQUIREMENTS["LAYERS"]
 PROJECT: dict[str, Any] = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 ROWS = sorted({row.name for row in SERVICES} - {"player"})
 """The player brings recordings in the simulator's place; the demo has the simulator."""
@@ -26,10 +30,11 @@ LIVING = [*ROWS, "router"]
 def stages() -> dict[str, tuple[str, list[str]]]:
     """Each stage of the Dockerfile: what it starts from, and its instructions."""
     found: dict[str, tuple[str, list[str]]] = {}
+    lines: list[str] = []  # what stands above the first stage
     joined = DOCKERFILE.replace("\\\n", " ")
     for line in (line for line in joined.splitlines() if line and not line.startswith("#")):
         if start := re.fullmatch(r"FROM (\S+) AS (\S+)", line):
-            lines: list[str] = []
+            lines = []
             found[start[2]] = (start[1], lines)
         else:
             lines.append(line)
@@ -58,7 +63,7 @@ def test_every_service_of_the_table_has_a_container_and_nothing_else_has() -> No
 def test_the_engine_that_scales_out_is_started_only_where_asked_and_reached_by_retrieval_alone() -> None:
     (engine,) = BORROWED.values()
     assert engine["profiles"] == ["scale"]
-    assert re.fullmatch(r"qdrant/qdrant:v\d+\.\d+\.\d+-unprivileged", engine["image"])
+    assert re.fullmatch(r"\$\{QDRANT_IMAGE:-qdrant/qdrant:v\d+\.\d+\.\d+-unprivileged\}", engine["image"])
     assert engine["networks"] == ["engine"]
     assert "ports" not in engine
     assert COMPOSE["networks"]["engine"]["internal"] is True
@@ -139,21 +144,69 @@ def test_the_simulator_waits_for_all_that_sense_and_decide() -> None:
 @pytest.mark.parametrize("name", [row.name for row in SERVICES])
 def test_an_image_runs_its_service_with_its_own_extra_alone(name: str) -> None:
     row = BY_NAME[name]
-    extras = PROJECT["optional-dependencies"]
     text = "\n".join(instructions(row.name))
     assert instructions(row.name)[-1] == f'ENTRYPOINT ["python3", "-m", "{module_of(row)}"]'
     copied = re.findall(r"COPY --from=requirements /requirements/(\S+)\.txt", text)
-    assert copied == ["base", *([row.extra] if extras[row.extra] else [])]
-    assert re.findall(r"pip install -r /requirements/(\S+)\.txt", text) == ["base", "extra"][: len(copied)]
+    shared = [name for name in copied if name in LAYERS]
+    held = {package for layer in shared for package in LAYERS[layer]}
+    named = {REQUIREMENTS["name_of"](line) for line in REQUIREMENTS["requirements"](PROJECT)[row.extra]}
+    own = [row.extra] if named - held else []
+    assert copied == ["base", *shared, *own]
+    assert re.findall(r"install-packages (\S+)", text) == ["base", *shared, *(["extra"] if own else [])]
+    assert held - {"starlette"} <= named  # which the gateway's SDK brings
     assert "torch" not in text
+
+
+def test_a_package_that_several_images_hold_is_a_layer_that_they_share() -> None:
+    assert all(stages_that_install(layer) == [layer] for layer in LAYERS)
+    lists = REQUIREMENTS["requirements"](PROJECT)
+    for package in ("numpy", "opencv-python-headless", "onnxruntime", "cryptography"):
+        (layer,) = (name for name, packages in LAYERS.items() if package in packages)
+        holders = [row for row in SERVICES if package in map(REQUIREMENTS["name_of"], lists[row.extra])]
+        below = [row.name for row in holders if f"RUN install-packages {layer}" in instructions(row.name)]
+        assert len(below) >= len(holders) - (package == "numpy"), package  # the logger, which stands on the keys
+
+
+def stages_that_install(layer: str) -> list[str]:
+    """The stages with that layer of packages."""
+    return [name for name, (_, lines) in STAGES.items() if f"RUN install-packages {layer}" in lines]
 
 
 def test_only_what_is_published_by_name_is_built_and_no_registry_is_named() -> None:
     bases = {parent for parent, _ in STAGES.values() if parent not in STAGES}
-    assert bases == {"python:3.11-slim"}
-    version = PROJECT["version"]
-    assert all(container["image"] == f"drivemcp-{name}:{version}" for name, container in CONTAINERS.items())
+    assert bases == {"${PYTHON_IMAGE}"}
+    assert DOCKERFILE.count("\nARG PYTHON_IMAGE=python:3.11-slim\n") == 1
+    assert all(
+        container["image"] == f"drivemcp-{name}:${{DRIVEMCP_VERSION:-local}}" for name, container in CONTAINERS.items()
+    )
     assert not re.search(r"(?:https?|ftp)://", DOCKERFILE)
+
+
+@pytest.mark.parametrize("name", sorted(CONTAINERS))
+def test_an_image_tells_title_version_revision_and_licence_and_no_host(name: str) -> None:
+    target = CONTAINERS[name]["build"]["target"]
+    text = "\n".join(line for line in instructions(target) if line.startswith("LABEL "))
+    labels = {**dict(re.findall(r'(\S+)="([^"]*)"', text)), **CONTAINERS[name]["build"]["labels"]}
+    about = {key.removeprefix("org.opencontainers.image."): value for key, value in labels.items()}
+    assert about == {
+        "title": f"DriveMCP {name}",
+        "licenses": PROJECT["license"],
+        "version": "${DRIVEMCP_VERSION:-local}",
+        "revision": "${DRIVEMCP_REVISION:-unknown}",
+    }
+
+
+def test_all_that_a_build_copies_is_sent_to_the_engine() -> None:
+    lines = [line.split()[1:-1] for _, own in STAGES.values() for line in own if re.match(r"COPY (?!--from)", line)]
+    copied = {source.removesuffix("/") for sources in lines for source in sources}
+    assert copied >= {"NOTICE", "LICENSE", "proto"}
+    assert copied <= {line.removeprefix("!") for line in IGNORED.splitlines()}
+
+
+def test_packages_come_as_wheels_so_that_nothing_is_compiled() -> None:
+    assert "pip install --only-binary :all:" in (ROOT / "docker/install").read_text(encoding="utf-8")
+    installs = [name for name, (_, own) in STAGES.items() if any("pip install" in line for line in own)]
+    assert installs == ["project"]
 
 
 def test_final_images_hold_no_build_tools() -> None:

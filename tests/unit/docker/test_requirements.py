@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 SCRIPT = Path(__file__).parents[3] / "docker/requirements.py"
-split: Any = runpy.run_path(str(SCRIPT))["requirements"]
+MODULE: dict[str, Any] = runpy.run_path(str(SCRIPT))
+split: Any = MODULE["requirements"]
 
 
 def test_an_extra_named_by_another_is_put_in_its_place() -> None:
@@ -16,6 +17,14 @@ def test_an_extra_named_by_another_is_put_in_its_place() -> None:
         "optional-dependencies": {"one": ["x>=2"], "two": ["drivemcp[one]", "y"], "all": ["drivemcp[one,two]", "x>=2"]},
     }
     assert split(project) == {"base": ["a", "b"], "one": ["x>=2"], "two": ["x>=2", "y"], "all": ["x>=2", "y"]}
+
+
+def test_a_shared_layers_version_suits_all_that_ask_for_it() -> None:
+    lists = {"base": ["b"], "one": ["opencv-python-headless>=4.10"], "two": ["opencv-python-headless>=5", "numpy>=2"]}
+    layers = MODULE["layers"](lists)
+    assert layers["pictures"] == ["opencv-python-headless>=4.10", "opencv-python-headless>=5"]
+    assert layers["arrays"] == ["numpy>=2"]
+    assert layers["networks"] == []
 
 
 def test_the_projects_own_lists_are_written_a_file_for_each(tmp_path: Path) -> None:
