@@ -8,9 +8,9 @@ from drivemcp.files.modes import others_denied
 from drivemcp.numbers import number, whole
 from evaluation.campaign.names import QUICK_S, TABLES
 
-GUARD, POPULATION, ISA = "guard", "population", "isa"
-ALONE = (GUARD, POPULATION, ISA)
-"""Tables of the field's yardsticks, with modelled sensors as a rule."""
+GUARD, POPULATION, ISA, RELEASE = "guard", "population", "isa", "release"
+ALONE = (GUARD, POPULATION, ISA, RELEASE)
+"""Tables of the field's yardsticks, and all that a release tells, with modelled sensors as a rule."""
 MOST = 100_000
 """Runs, or runs side by side: no campaign has more."""
 
@@ -31,7 +31,11 @@ def register(subparsers: Subparsers) -> None:
         help=", ".join((*TABLES, "all"))
         + f"; or {GUARD}: what the guard avoids alone, in scenes of the kind of UN Regulation 152; "
         f"or {POPULATION}: drivers of four kinds at hazards and on routes; "
-        f"or {ISA}: what is shown and said of limits, by the rules of speed assistance",
+        f"or {ISA}: what is shown and said of limits, by the rules of speed assistance; "
+        f"or {RELEASE}: {ISA} and {GUARD} whole, then all tables with as many runs a row as --hours give, in as many sittings as it takes",
+    )
+    parser.add_argument(
+        "--hours", type=number(0.0, 10_000.0), help="of the table release: for all sittings together (12)"
     )
     parser.add_argument(
         "--seeds", type=whole(1, MOST), help="runs a cell of the table guard (20, rendered 3, with --quick 1)"
@@ -169,6 +173,10 @@ def command(flags: argparse.Namespace) -> int:
         raise UserError(f"--from: the table {GUARD} has scenes of its own, and no places")
     if flags.table != ISA and flags.log:
         raise UserError(f"--log: the table {flags.table} is driven; the table {ISA} reads logs")
+    if flags.table != RELEASE and flags.hours is not None:
+        raise UserError(f"--hours: the table {flags.table} has none; the table {RELEASE} has")
+    if flags.table == RELEASE and (flags.runs or flags.km or flags.runs_of or flags.km_of):
+        raise UserError("--runs, --km, --runs-of, --km-of: a release drives as much as --hours give")
     if flags.log and (flags.quick or flags.runs or flags.first):
         raise UserError("--log: a log was driven before; --quick, --runs and --from have no place beside it")
     try:
@@ -178,6 +186,8 @@ def command(flags: argparse.Namespace) -> int:
             from evaluation.guard.guard import evaluate_guard as evaluate
         elif flags.table == POPULATION:
             from evaluation.population.population import evaluate_population as evaluate
+        elif flags.table == RELEASE:
+            from evaluation.evaluate.release import evaluate_release as evaluate
         else:
             from evaluation.evaluate.whole import evaluate  # takes seconds: every other command would wait for it
     except ModuleNotFoundError as error:

@@ -22,7 +22,7 @@ from evaluation.campaign.published import Line
 from evaluation.campaign.replacing import check_writable, write_whole
 from evaluation.campaign.spread import Spread
 from evaluation.campaign.store import Store
-from evaluation.evaluate import asked
+from evaluation.evaluate import asked, held
 from evaluation.report import page, report
 from evaluation.run.spec import RunSpec
 from evaluation.tables import files
@@ -31,8 +31,8 @@ from evaluation.tables.tables import Ran, Table, table_of
 REPORT = "report.html"
 
 
-def evaluate(flags: argparse.Namespace) -> int:
-    """Drive, measure, write; the exit status."""
+def evaluate(flags: argparse.Namespace, beside: Sequence[held.Part] = ()) -> int:
+    """Drive, measure, write; the exit status. With goals of other tables `beside`, the page begins with what holds of all."""
     screen, folder = Screen(), Path(flags.out)
     _check_files(flags)
     lines = _published(flags)
@@ -56,7 +56,7 @@ def evaluate(flags: argparse.Namespace) -> int:
             try:  # first what took hours to drive
                 otherwise = _publish(specs, lines, store, flags, screen)
             finally:
-                _write(tables, folder, store, flags, screen, taken)
+                _write(tables, folder, store, flags, screen, taken, beside)
     return int(bool(otherwise) or any(row.missing for table in tables for row in table.rows))
 
 
@@ -195,7 +195,13 @@ def _measured(rows: Sequence[Row], runs: Sequence[Run], keys: Mapping[int, str],
 
 
 def _write(
-    tables: Sequence[Table], folder: Path, store: Store, flags: argparse.Namespace, screen: Screen, taken: str
+    tables: Sequence[Table],
+    folder: Path,
+    store: Store,
+    flags: argparse.Namespace,
+    screen: Screen,
+    taken: str,
+    beside: Sequence[held.Part],
 ) -> None:
     measured = latencies_of(flags.latencies)
     latencies = measured.told() if measured is not None else "fixed, 4 ms a call"
@@ -203,7 +209,8 @@ def _write(
     files.write(folder, tables)
     write_whole(folder / REPORT, report.html(tables, told, store.folder, folder).encode())
     if flags.docs:
-        page.write(Path(flags.docs), tables, told)
+        holds = held.lines([*beside, ("The paper's tables", [*held.of_tables(tables)])]) if beside else ()
+        page.write(Path(flags.docs), tables, told, holds)
     missing = f"; {told.missing} are missing: the same command goes on" if told.missing else ""
     screen.say(f"{told.runs} runs, {told.km:.2f} km{missing}")
     sys.stdout.write(f"{folder / REPORT}\n")

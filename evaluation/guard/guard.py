@@ -26,6 +26,11 @@ Place = tuple[str, int, Ground]
 
 def evaluate_guard(flags: argparse.Namespace) -> int:
     """Drive, write; the exit status: 0 all runs are there, 1 some are missing."""
+    return int(any(cell.missing or any(each.missing for each in cell.beside.values()) for cell in driven(flags)))
+
+
+def driven(flags: argparse.Namespace) -> list[table.Cell]:
+    """Drive, write; the cells."""
     screen, folder = Screen(), Path(flags.out) / "guard"
     runs = folder / "runs"
     runs.mkdir(parents=True, exist_ok=True)
@@ -45,7 +50,7 @@ def evaluate_guard(flags: argparse.Namespace) -> int:
     missing = sum(cell.missing + sum(each.missing for each in cell.beside.values()) for cell in cells)
     screen.say(f"{len(specs) - missing} of {len(specs)} runs are there; {told(cells)}")
     sys.stdout.write(f"{folder / 'guard.html'}\n")
-    return int(bool(missing))
+    return cells
 
 
 def places(quick: bool) -> list[Place]:

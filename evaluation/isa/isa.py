@@ -38,8 +38,11 @@ ROUTES = 4
 
 def evaluate_isa(flags: argparse.Namespace) -> int:
     """Drive or read logs, write; the exit status: 0 all runs are there, 1 some are missing."""
-    if flags.log:
-        return _of_logs(flags)
+    return _of_logs(flags) if flags.log else driven(flags)[0]
+
+
+def driven(flags: argparse.Namespace) -> tuple[int, list[table.Row]]:
+    """Drive the runs that are not there, write; the exit status, and the table's rows."""
     screen, folder = Screen(), Path(flags.out) / "isa"
     runs = folder / "runs"
     runs.mkdir(parents=True, exist_ok=True)
@@ -53,7 +56,7 @@ def evaluate_isa(flags: argparse.Namespace) -> int:
     missing = len(found) - len(there)
     screen.say(f"{len(there)} of {len(found)} runs are there; {table.told(there)}")
     sys.stdout.write(f"{folder / 'isa.html'}\n")
-    return int(bool(missing))
+    return int(bool(missing)), table.rows(*table.parts(there))
 
 
 def _of_logs(flags: argparse.Namespace) -> int:

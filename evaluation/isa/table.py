@@ -1,6 +1,7 @@
 """The table: accuracy by distance and by event, delays, warning tests, and what the driver listens to."""
 
 import math
+import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from statistics import median
@@ -52,6 +53,22 @@ def rows(routes: Routes, tests: Tests, limits: Limits) -> list[Row]:
     return (
         [*_accuracy(found), *_warnings(tests), *_load(found), *_sheet(found, tests, limits)] if found or tests else []
     )
+
+
+def judged(row: Row) -> str:
+    """`holds` or `missed`, by the row's goal; empty where it has none, or nothing was measured."""
+    what, value, goal = row
+    if goal == "yes":
+        return "holds" if value == goal else "missed"
+    if goal == "all":
+        part, _, whole = value.partition(" of ")
+        return "" if whole == "0" else "holds" if part == whole else "missed"
+    found, bound = (re.search(r"\d+(\.\d+)?", text) for text in (value, goal))
+    if found is None or bound is None:
+        return ""
+    at_most = goal.startswith("at most") or what.startswith("delay")
+    holds = float(found[0]) <= float(bound[0]) if at_most else float(found[0]) >= float(bound[0])
+    return "holds" if holds else "missed"
 
 
 def _sheet(found: list[Outcome], tests: Tests, limits: Limits) -> Iterator[Row]:

@@ -22,8 +22,10 @@ from evaluation.tables.tables import Table
 BEGIN, END = "<!-- reading: from here ... -->", "<!-- ... to here stays when the page is made anew -->"
 
 
-YARDSTICKS = (("Speed assistance", "isa.md"), ("The guard alone", "guard.md"))
-"""Title, and the page beside this one: `drivemcp evaluate isa --docs` and `drivemcp evaluate guard --docs` make them."""
+YARDSTICKS = (("Speed assistance", "isa.md"), ("The guard alone", "guard.md"), ("Real pictures", "real.md"))
+"""Title, and the page beside this one: `drivemcp evaluate isa --docs` and `drivemcp evaluate guard --docs` make the first two; the third is
+written by hand from `python -m studies real`, since no photograph is part of the repository.
+"""
 
 
 def yardsticks(folder: Path) -> str:
@@ -46,7 +48,7 @@ def _first_table(file: Path) -> str:
     return "\n".join(takewhile(lambda line: line.startswith("|"), from_table))
 
 
-def write(file: Path, tables: Sequence[Table], about: About) -> None:
+def write(file: Path, tables: Sequence[Table], about: About, held: Sequence[str] = ()) -> None:
     """Write the page, and its plots into the folder beside it that has its name. Raises UserError as `reading_of` does, OSError."""
     reading = reading_of(file)
     folder = file.with_suffix("")
@@ -57,7 +59,7 @@ def write(file: Path, tables: Sequence[Table], about: About) -> None:
             picture = folder / f"{re.sub('[^a-z0-9]+', '-', title.lower()).strip('-')}.svg"
             write_whole(picture, svg.encode())
             pictures.setdefault(table.name, []).append((title, f"{folder.name}/{picture.name}"))
-    write_whole(file, page(tables, about, reading, pictures, yardsticks(file.parent)).encode())
+    write_whole(file, page(tables, about, reading, pictures, yardsticks(file.parent), held).encode())
 
 
 def reading_of(file: Path) -> str:
@@ -84,10 +86,11 @@ def page(
     reading: str = "",
     pictures: Mapping[TableName, Sequence[tuple[str, str]]] = {},
     yardsticks: str = "",
+    held: Sequence[str] = (),
 ) -> str:
-    """The page as Markdown; `pictures` are (title, path) of each table's plots, `yardsticks` what it begins with."""
+    """The page as Markdown; `pictures` are (title, path) of each table's plots, `yardsticks` and `held` (Markdown) what it begins with."""
     return TEMPLATES.get_template("page.md.jinja").render(
         tables=tables, about=about, reading=reading, pictures=pictures, begin=BEGIN, end=END, goals=judged(tables),
-        contradictions=contradictions(), yardsticks=yardsticks,
+        contradictions=contradictions(), yardsticks=yardsticks, held=held,
         about_latencies=about_latencies(tables, "*assumed*", " ([measured](../../how-to/evaluation.md#latencies))"),
     )  # fmt: skip
