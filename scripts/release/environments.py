@@ -65,7 +65,9 @@ def tried(version: str, python: Path, distribution: Path, folder: Path, *, alone
     asked = ["up", "--scenario", "urb-rain", "--seconds", str(SECONDS), "--headless", "--json"]
     told = json.loads(run([console, *asked], folder).splitlines()[-1])
     if told["seconds"] < SECONDS - 0.2:  # two ticks
-        raise RuntimeError(f"{distribution.name} on Python {version}: the drive ended after {told['seconds']:.1f} s of {SECONDS}")
+        raise RuntimeError(
+            f"{distribution.name} on Python {version}: the drive ended after {told['seconds']:.1f} s of {SECONDS}"
+        )
     run([console, "audit", "verify", told["log"]], folder)
     return Tried(version, distribution.name, install_s, told["ticks"], told["log"])
 
