@@ -1,7 +1,6 @@
 """What holds and what does not, by the goals of all tables, in few lines. Pure."""
 
 from collections.abc import Iterable, Iterator, Sequence
-from itertools import chain, zip_longest
 from typing import NamedTuple
 
 from evaluation.guard.table import Cell
@@ -48,20 +47,31 @@ def of_tables(tables: Sequence[Table]) -> Iterator[Goal]:
 
 
 def lines(parts: Sequence[Part], most: int = MOST_LINES) -> list[str]:
-    """Markdown: of each table how many goals hold, then those that do not, the tables in turn; at most so many lines."""
+    """Markdown: of each table how many goals hold, then those that are missed, as many of each table as there is room for."""
     heads = [f"- **{name}**: {_counted(found)}." for name, found in parts]
-    missing = [[_missed(name, goal) for goal in found if not goal.verdict.startswith(HOLDS)] for name, found in parts]
-    told = [line for line in chain.from_iterable(zip_longest(*missing)) if line]
-    room = most - len(heads)
-    if len(told) > room:
-        told = [*told[: room - 1], f"- and {len(told) - room + 1} more, below."]
-    return [*heads, *told]
+    missed = [[goal for goal in found if goal.verdict.startswith("missed")] for _, found in parts]
+    room, total = most - len(heads), sum(map(len, missed))
+    shares = [0] * len(parts)
+    for _ in range(min(total, room if total <= room else room - 1)):
+        shares[_behind(shares, missed)] += 1
+    told = [
+        _missed(name, goal)
+        for (name, _), share, goals in zip(parts, shares, missed, strict=True)
+        for goal in goals[:share]
+    ]
+    more = total - len(told)
+    return [*heads, *told, *([f"- and {more} more, below."] if more else [])]
+
+
+def _behind(shares: Sequence[int], goals: Sequence[Sequence[Goal]]) -> int:
+    """The table with the smallest share that has more to tell."""
+    return min((at for at, share in enumerate(shares) if share < len(goals[at])), key=lambda at: shares[at])
 
 
 def _counted(found: Sequence[Goal]) -> str:
     verdicts = [goal.verdict for goal in found]
     others = [name for name in dict.fromkeys(verdicts) if name != HOLDS]
-    return ", ".join(
+    return "; ".join(
         [f"{verdicts.count(HOLDS)} of {len(found)} goals hold", *(f"{verdicts.count(name)} {name}" for name in others)]
     )
 

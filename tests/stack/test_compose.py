@@ -125,6 +125,17 @@ def test_every_container_is_healthy_and_set_up_has_ended_well(stack: None) -> No
     assert found["setup"]["ExitCode"] == 0
 
 
+@pytest.mark.parametrize("service", RUNNING)
+def test_a_container_holds_no_compiler_and_says_what_it_is(stack: None, service: str) -> None:
+    names = "cc gcc g++ c++ clang ld as make cmake"
+    assert inside(service, "sh", "-c", f"for name in {names}; do command -v $name; done; true") == ""
+    labels = inspect(service)["Config"]["Labels"]
+    assert labels["org.opencontainers.image.title"] == f"DriveMCP {service}"
+    assert labels["org.opencontainers.image.licenses"] == "Apache-2.0"
+    assert labels["org.opencontainers.image.version"]
+    assert labels["org.opencontainers.image.revision"]
+
+
 def test_the_drive_is_logged_and_the_log_verifies(stack: None) -> None:
     def verified() -> dict[str, Any]:
         text = inside("logger", "python3", "-m", "drivemcp.cli", "audit", "verify", "--json", *log_files())

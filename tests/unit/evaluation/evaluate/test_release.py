@@ -124,12 +124,22 @@ def goals(holds: int, misses: int) -> list[Goal]:
     ]
 
 
-def test_what_does_not_hold_is_named_by_the_tables_in_turn_in_thirty_lines() -> None:
+def test_each_table_has_its_share_of_thirty_lines() -> None:
     told = held.lines([("One", goals(2, 3)), ("Other", goals(0, 60))])
     assert len(told) == 30
-    assert told[:2] == ["- **One**: 2 of 5 goals hold, 3 missed.", "- **Other**: 0 of 60 goals hold, 60 missed."]
-    assert [line.split(",")[0] for line in told[2:9]] == ["- One", "- Other"] * 3 + ["- Other"]
+    assert told[:2] == ["- **One**: 2 of 5 goals hold; 3 missed.", "- **Other**: 0 of 60 goals hold; 60 missed."]
+    assert [line.split(",")[0] for line in told[2:-1]] == ["- One"] * 3 + ["- Other"] * 24
     assert told[-1] == "- and 36 more, below."
+    assert [line.split(",")[0] for line in held.lines([("One", goals(0, 20)), ("Other", goals(0, 20))], 8)] == [
+        "- **One**: 0 of 20 goals hold; 20 missed.", "- **Other**: 0 of 20 goals hold; 20 missed.", *["- One"] * 3, *["- Other"] * 2,
+        "- and 35 more",
+    ]  # fmt: skip
+
+
+def test_a_goal_that_is_not_measured_or_not_proven_is_counted_alone() -> None:
+    found = [Goal("a", "1", "-", "not measured"), Goal("b", "1", "1", "holds in the mean, not proven")]
+    (line,) = held.lines([("One", found)])
+    assert line == "- **One**: 0 of 2 goals hold; 1 not measured; 1 holds in the mean, not proven."
 
 
 def test_all_that_is_missed_is_named_where_there_is_room() -> None:
