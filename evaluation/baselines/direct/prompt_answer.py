@@ -1,9 +1,8 @@
 """The answer of the tool `answer_prompt`."""
 
-from typing import Literal
-
 import msgspec
 
+from evaluation.baselines.direct.forms import Action
 from proto.scene import Unit
 
 
@@ -16,7 +15,7 @@ class PromptAnswer(msgspec.Struct, frozen=True, kw_only=True):
     method: str
     backend: str
     prompt_sha256: str
-    action: Literal["stop", "hazard", "give_way", "limit", "limit_ahead", "slow", "none"] = "none"
+    action: Action = "none"
     """`none`: nothing was understood, so nothing is advised. `limit_ahead`: the limit begins at a sign ahead."""
     value: float | None = None
     unit: Unit | None = None

@@ -1,6 +1,6 @@
 """The tool `answer_prompt` of the Direct methods, offered by the front end where `drivelm.whole_prompts` is set.
 
-A prompt has a fixed structure: system line, context, query, passages.
+A prompt has a fixed structure: system line, context, query, what tools answered, passages (`template.py`).
 
 With the embedded backend an extractive reader does: the sentence of context or passages that shares most with the query,
 word for word. It is no language model and composes nothing. A passage that advises nothing hides no context that does.
@@ -9,14 +9,16 @@ word for word. It is no language model and composes nothing. A passage that advi
 import hashlib
 import time
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Annotated, NamedTuple, Protocol
 
 import msgspec
 
+from evaluation.baselines.direct.forms import grammar
 from evaluation.baselines.direct.parsed_advice import Advice, advice_of, careful, sentences
 from evaluation.baselines.direct.prompt_answer import PromptAnswer
+from evaluation.baselines.direct.template import EXAMPLES, INSTRUCTION, Asked, Prompt, filled, load
 from services.drivelm.backends import load as backends
+from services.drivelm.backends.load import Completed
 from services.drivelm.backends.prompts import PromptedBackend
 from services.drivelm.graph.answering import words
 from services.drivelm.reading.crops import Picture
@@ -28,22 +30,6 @@ LEAST_SHARED = 0.1
 """Below this share (F1 of words) a sentence has nothing to do with the query."""
 
 
-class Template(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The prompt as its file has it: `{context}`, `{query}` and `{passages}` are filled in."""
-
-    version: int
-    ask: str
-    passages: str
-
-
-class Asked(NamedTuple):
-    """What goes into a prompt; the last are retrieved texts or tool outputs."""
-
-    context: str
-    query: str
-    passages: tuple[str, ...] = ()
-
-
 class Generator(Protocol):
     """A backend that answers whole prompts."""
 
@@ -51,22 +37,12 @@ class Generator(Protocol):
     def name(self) -> str:
         """Backend and model."""
 
-    def free(self, image: Picture, prompt: str) -> tuple[str, float]:
+    @property
+    def sees(self) -> bool:
+        """Whether a picture goes to it."""
+
+    def free(self, image: Picture | None, prompt: str) -> tuple[str, float]:
         """Text and its probability; an empty text is an abstention."""
-
-
-def load() -> Template:
-    """The one template. Raises OSError or msgspec.ValidationError."""
-    return msgspec.toml.decode(Path(__file__).with_name("prompt.toml").read_bytes(), type=Template)
-
-
-def filled(template: Template, asked: Asked) -> str:
-    """The whole prompt. What is filled in is never looked into for further placeholders."""
-    head, _, rest = template.ask.partition("{context}")
-    middle, _, end = rest.partition("{query}")
-    listed = "\n".join(f"- {passage}" for passage in asked.passages)
-    tail = template.passages.replace("{passages}", listed) if asked.passages else ""
-    return f"{head}{asked.context}{middle}{asked.query}{end}{tail}"
 
 
 class _Sentence(NamedTuple):
@@ -82,7 +58,7 @@ class _Sentence(NamedTuple):
 def extracted(asked: Asked) -> tuple[str, float]:
     """The sentence that shares most with the query, and how much (F1 of words); of equals the most careful, then the first."""
     wanted = words(asked.query)
-    context, passages = _sharing(wanted, (asked.context,)), _sharing(wanted, asked.passages)
+    context, passages = _sharing(wanted, (asked.context, *asked.tools)), _sharing(wanted, asked.passages)
     if any(each.advises for each in context):
         passages = [each for each in passages if each.advises]
     found = min((*context, *passages), key=lambda each: (-each.shares, careful(each.advice)), default=None)
@@ -100,14 +76,15 @@ def _f1(wanted: frozenset[str], held: frozenset[str]) -> float:
 
 
 def answered(
-    asked: Asked, template: Template, backend: str, generator: Generator | None, picture: Picture | None
+    asked: Asked, template: Prompt, backend: str, generator: Generator | None, picture: Picture | None
 ) -> PromptAnswer:
-    """The answer to a whole prompt and the advice in it; an abstention where there is none, or no picture yet."""
+    """The answer to a whole prompt and the advice in it; an abstention where there is none, or a model that sees has no picture yet."""
     prompt, began_s = filled(template, asked), time.perf_counter()
     if generator is None:
         text, score = extracted(asked)
     else:
-        text, score = generator.free(picture, prompt) if picture is not None else ("", 0.0)
+        blind = generator.sees and picture is None
+        text, score = generator.free(picture, prompt) if not blind else ("", 0.0)
     advice = advice_of(text)
     return PromptAnswer(
         text=text[:400],
@@ -128,12 +105,19 @@ def shown(passages: Sequence[str], most: int = 600) -> tuple[str, ...]:
     return tuple(" ".join(each.split())[:most] for each in passages)
 
 
-def generator_of(front: Bindings) -> Generator | None:
+def template_of(front: Bindings) -> Prompt:
+    """The template for the backend that answers."""
+    return load(EXAMPLES if front.config.prompt_backend == "gguf" else INSTRUCTION)
+
+
+def generator_of(front: Bindings, template: Prompt) -> Generator | None:
     """The backend that answers whole prompts; None: the extractive reader. Raises ConfigError."""
     config, backend = front.config, front.front_end.backend
     wanted = config.prompt_backend or config.backend
     if wanted == "embedded":
         return None
+    if wanted == "gguf":
+        return backends.load_completing(config.gguf, Completed(template.head, grammar(), template.sha256))
     if wanted == config.backend and isinstance(backend, PromptedBackend):
         return backend
     return backends.load(wanted, backends.Slow(transformers=config.transformers, openai=config.openai))
@@ -141,21 +125,21 @@ def generator_of(front: Bindings) -> Generator | None:
 
 def offer(front: Bindings) -> None:
     """Offer `answer_prompt` at the front end's node."""
-    template, generator = load(), generator_of(front)
+    template = template_of(front)
+    generator = generator_of(front, template)
 
     @front.node.tool(deadline_ms=60)
     def answer_prompt(
         query: Annotated[str, msgspec.Meta(max_length=400)],
         context: Annotated[str, msgspec.Meta(description="ego and scene, as text or JSON", max_length=8000)] = "",
-        passages: Annotated[
-            tuple[str, ...], msgspec.Meta(description="retrieved texts or tool outputs", max_length=20)
-        ] = (),
+        passages: Annotated[tuple[str, ...], msgspec.Meta(description="retrieved texts", max_length=20)] = (),
+        tools: Annotated[tuple[str, ...], msgspec.Meta(description="what tools have answered", max_length=20)] = (),
     ) -> PromptAnswer:
-        """Answer one prompt of the fixed structure (system line, context, query, passages), and the advice found in the answer.
+        """Answer one prompt of the fixed structure (system line, context, query, tools, passages), and the advice found in the answer.
 
         For the evaluation's Direct methods. With the embedded backend a sentence of the prompt, word for word. Advice is
         taken by a closed grammar or not at all; it never acts.
         """
-        asked = Asked(context, query, shown(passages))
+        asked = Asked(context, query, shown(passages), shown(tools))
         picture = front.frames.newest(front.config.graph_camera) if generator is not None else None
         return answered(asked, template, front.front_end.backend.name, generator, picture)

@@ -41,10 +41,14 @@ class SlowBackend(Backend, Protocol):
     """A backend that may take seconds: it is asked on threads of its own (``backends/late.py``), never in a tick."""
 
     @property
+    def sees(self) -> bool:
+        """Whether a picture goes to it."""
+
+    @property
     def prompts(self) -> str:
         """SHA-256 of the prompts in use, for the trace."""
 
-    def free(self, image: Picture, prompt: str) -> tuple[str, float]:
+    def free(self, image: Picture | None, prompt: str) -> tuple[str, float]:
         """Whatever text the model makes of a whole prompt, and its probability; an empty one is an abstention."""
 
 

@@ -1,6 +1,6 @@
 """Settings of the backends beside the embedded one."""
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 import msgspec
 
@@ -42,3 +42,25 @@ class OpenaiConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     """For a whole answer, from connecting to its last byte."""
     logprobs: bool = True
     """Ask for token probabilities; an endpoint that refuses them is asked without."""
+
+
+class GgufConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """`drivelm.gguf`: a language model in this process, from a GGUF file; for whole prompts alone, and without pictures."""
+
+    file: str = ""
+    """A GGUF file; empty: the model `gemma3-270m` of `drivemcp models`."""
+    sha256: Annotated[str, msgspec.Meta(pattern=r"^([0-9a-f]{64})?$")] = ""
+    """What the file must have; empty: not compared. That of `gemma3-270m` is compared with the table of models always."""
+    accept_terms: bool = False
+    """Accept the terms of the weights of `gemma3-270m`, as `drivemcp models pull gemma3-270m --accept-terms` does."""
+    threads: Annotated[int, msgspec.Meta(ge=1, le=256)] = 1
+    """Processor cores that the model may use."""
+    timeout_s: Seconds = 10.0
+    """For a whole answer, the reading of the prompt included; what is unfinished is an abstention."""
+    max_tokens: Tokens = 48
+    context: Annotated[int, msgspec.Meta(ge=256, le=131_072)] = 4096
+    """Tokens of prompt and answer together; a longer prompt is an abstention."""
+    seed: Annotated[int, msgspec.Meta(ge=0, lt=2**32)] = 0
+    """Decoding is greedy, so that it changes nothing unless the library draws somewhere."""
+    decoding: Literal["free", "forms"] = "free"
+    """`free`: any text up to the end of the line. `forms`: only the sentences that the parser knows, by a grammar."""

@@ -59,6 +59,9 @@ def _is_counted(label: str) -> bool:
 class PromptedBackend(ABC):
     """A `SlowBackend` that sends a question's prompt with each picture."""
 
+    sees = True
+    """A picture goes to it."""
+
     def __init__(self, label: str, prompts: Prompts) -> None:
         self._label, self._prompts = label, prompts
         self._abstentions = Abstentions(label, logging.getLogger("drivemcp.drivelm"))
@@ -85,8 +88,10 @@ class PromptedBackend(ABC):
             for said in self._say(images, prompt)
         ]
 
-    def free(self, image: Picture, prompt: str) -> tuple[str, float]:
+    def free(self, image: Picture | None, prompt: str) -> tuple[str, float]:
         """Whatever text the model makes of a whole prompt, and its probability; an empty one is an abstention."""
+        if image is None:
+            return self._abstentions.note("no picture").text, 0.0
         (said,) = self._say([image], prompt)
         if said.reason:
             return self._abstentions.note(said.reason).text, 0.0

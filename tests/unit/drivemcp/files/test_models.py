@@ -5,11 +5,12 @@ from collections.abc import Iterator
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
+import msgspec
 import pytest
 
 from drivemcp.cli import run
 from drivemcp.errors import UserError
-from drivemcp.files.fetching import check_address, fetch
+from drivemcp.files.fetching import assemble, check_address, fetch
 from drivemcp.files.models import ModelRow, find_model, load_table, path_of, state_of
 from drivemcp.testing import serving
 
@@ -177,7 +178,9 @@ def test_the_table_lists_licences_and_our_own_models_verify(folder: Path, capsys
     for name, row in load_table(folder).items():
         assert row.licence
         assert row.shipped or (
-            len(row.sha256) == 64 and row.size_bytes and (name == "local" or row.url.startswith("https://"))
+            len(row.sha256) == 64
+            and row.size_bytes
+            and (name == "local" or row.package or row.url.startswith("https://"))
         )
     assert run(["models", "verify", "detector"]) == 0
     assert run(["models", "verify", "reader"]) == 0
@@ -207,3 +210,38 @@ def test_an_unknown_name_lists_the_known_ones(folder: Path) -> None:
 
 def test_the_file_of_a_name_lies_in_the_users_folder(folder: Path) -> None:
     assert path_of(load_table(folder)["yolox-nano"], folder) == folder / "yolox_nano.onnx"
+
+
+WEIGHTS = b"weights" * 1000
+PACKAGE = f"""
+from pathlib import Path
+
+def assemble(output_path, overwrite=False):
+    Path(output_path).write_bytes({WEIGHTS!r})
+"""
+
+
+def test_weights_with_terms_come_from_their_package_once_the_terms_are_accepted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "some_weights.py").write_text(PACKAGE, encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setenv("DRIVEMCP_MODELS", str(tmp_path / "models"))
+    row = ModelRow(
+        file="some.gguf", publisher="p", licence="Some Terms", good_for="", input="", classes="", package="some_weights",
+        extra="language-model", terms="https://example.org/terms", sha256=hashlib.sha256(WEIGHTS).hexdigest(), size_bytes=len(WEIGHTS),
+    )  # fmt: skip
+    monkeypatch.setattr("drivemcp.commands.models.load_table", lambda _: {"some": row})
+    assert run(["models", "pull", "some"]) == 2
+    told = capsys.readouterr().err
+    assert "Some Terms" in told
+    assert "read https://example.org/terms, then: drivemcp models pull some --accept-terms" in told
+    assert not path_of(row, tmp_path / "models").exists()
+    assert run(["models", "pull", "some", "--accept-terms"]) == 0
+    assert state_of(row, tmp_path / "models") == "whole"
+    damaged = msgspec.structs.replace(row, sha256="0" * 64)
+    with pytest.raises(UserError, match="checksum of some_weights differs"):
+        assemble(damaged, tmp_path / "again.gguf")
+    with pytest.raises(UserError, match=r"comes with the package 'no_such'.*drivemcp\[language-model\]"):
+        assemble(msgspec.structs.replace(row, package="no_such"), tmp_path / "again.gguf")
+    assert not (tmp_path / "again.gguf").exists()

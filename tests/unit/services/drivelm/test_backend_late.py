@@ -24,6 +24,8 @@ class Slow:
 
     name, prompts = "slow", "abc"
 
+    sees = True
+
     def __init__(self, answer: Answer) -> None:
         self.given, self.let, self.asked = answer, threading.Semaphore(0), list[tuple[tuple[int, ...], str]]()
         self.running = self.most_running = 0
@@ -42,7 +44,7 @@ class Slow:
             raise RuntimeError("a broken backend")
         return [self.given] * len(images)
 
-    def free(self, image: Picture, prompt: str) -> tuple[str, float]:
+    def free(self, image: Picture | None, prompt: str) -> tuple[str, float]:
         raise AssertionError("no whole prompt is asked here")
 
     def wait_asked(self, count: int) -> None:

@@ -8,7 +8,8 @@ import pytest
 from evaluation.baselines.direct.context import MOST_CHARS, as_json, summary
 from evaluation.baselines.direct.memory import recalled
 from evaluation.baselines.direct.prompt_answer import PromptAnswer
-from evaluation.baselines.direct.whole_prompts import Asked, answered, load
+from evaluation.baselines.direct.template import Asked, load
+from evaluation.baselines.direct.whole_prompts import answered
 from proto.observed import Observed
 from proto.tools import Outcome
 from proto.world import Environment, SeenSign, WorldState
