@@ -2,7 +2,8 @@
 
 import argparse
 import shlex
-from collections.abc import Collection, Iterator, Mapping, Sequence, Set
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence, Set
+from pathlib import Path
 from typing import Any
 
 import msgspec
@@ -10,13 +11,15 @@ import msgspec
 from app.drive.precheck import check_services, check_settings
 from drivemcp.config import settings_of
 from drivemcp.errors import UserError
+from evaluation.baselines.direct import cassette
 from evaluation.campaign import published
 from evaluation.campaign.names import QUICK_S, TABLES, TableName
-from evaluation.campaign.plan import FIXED, Amount, Row, as_asked, latencies_of, rows_of
+from evaluation.campaign.plan import FIXED, Amount, Row, as_asked, latencies_of, rows_of, with_settings
 from evaluation.campaign.published import Line
 from evaluation.report.plots import figure_of
 from evaluation.run.host import NOT_NEEDED
-from evaluation.run.methods import ABLATIONS, METHODS, OBEDIENT
+from evaluation.run.methods import ABLATIONS, METHODS, OBEDIENT, answers_prompts, kind_of_answers
+from evaluation.run.spec import RunSpec
 from proto.services import SERVICES
 
 
@@ -28,10 +31,29 @@ def tables_of(name: str) -> tuple[TableName, ...]:
 def rows(name: TableName, flags: argparse.Namespace) -> Iterator[Row]:
     """The table's rows, with the settings and latencies that are the user's. Raises UserError for an unknown method."""
     _known("--method", flags.method, {*METHODS, OBEDIENT.label, *ABLATIONS})
-    latencies = latencies_of(flags.latencies)
+    latencies, answers = latencies_of(flags.latencies), answers_of(flags)
     for row in rows_of(name, flags.sensors):
         if not flags.method or row.spec.method in flags.method:
-            yield msgspec.structs.replace(row, spec=as_asked(row.spec, latencies, flags.set))
+            yield msgspec.structs.replace(row, spec=answers(as_asked(row.spec, latencies, flags.set)))
+
+
+def answers_of(flags: argparse.Namespace) -> Callable[[RunSpec], RunSpec]:
+    """What records or plays the answers of a run that has any. Raises UserError for a cassette that cannot be read."""
+    if flags.record_answers and flags.answers:
+        raise UserError("--record-answers and --answers: a run records its answers or plays them")
+    lines = cassette.read(Path(flags.answers)) if flags.answers else []
+
+    def with_answers(spec: RunSpec) -> RunSpec:
+        if not answers_prompts(spec) or not (flags.record_answers or flags.answers):
+            return spec
+        if flags.record_answers:
+            return with_settings(spec, "drivelm", {"answers": {"record": flags.record_answers}})
+        model = cassette.model_of(lines, kind := kind_of_answers(spec))
+        if not model:
+            raise UserError(f"--answers {flags.answers}: it has no answers of {kind}, by which {spec.method} is driven")
+        return with_settings(spec, "drivelm", {"answers": {"play": flags.answers, "model": model}})
+
+    return with_answers
 
 
 def check(flags: argparse.Namespace) -> None:
@@ -39,6 +61,10 @@ def check(flags: argparse.Namespace) -> None:
     figure_of((1, 1), (1.0, 1.0))
     _check_settings(flags)
     _check_amount(flags)
+    if flags.ray and flags.record_answers:
+        raise UserError(
+            "--record-answers: beside --ray the runs are on other machines, and each would write a file of its own"
+        )
     if flags.ray and flags.jobs is not None:
         raise UserError("--jobs: beside --ray the cluster says how many runs are driven side by side")
 
@@ -122,5 +148,7 @@ def command_line(flags: argparse.Namespace) -> str:
     words += ["--sensors", flags.sensors] + (["--quick"] if flags.quick else [])
     words += ["--latencies", flags.latencies] if flags.latencies != FIXED else []
     words += [word for setting in flags.set for word in ("--set", setting)]
+    words += ["--record-answers", flags.record_answers] if flags.record_answers else []
+    words += ["--answers", flags.answers] if flags.answers else []
     words += ["--published", flags.published] if flags.published else []
     return shlex.join(words)

@@ -122,6 +122,18 @@ def register(subparsers: Subparsers) -> None:
         help="one setting of one service, in all runs",
     )
     parser.add_argument(
+        "--record-answers",
+        default="",
+        metavar="FILE.jsonl",
+        help="record every answer to a whole prompt, by whatever backend; an answer that is in the file is not asked for again",
+    )
+    parser.add_argument(
+        "--answers",
+        default="",
+        metavar="FILE.jsonl[.gz]",
+        help="drive by the recorded answers in place of the models: the same rows, to the bit; a prompt without an answer fails its run",
+    )
+    parser.add_argument(
         "--published",
         default="",
         metavar="FILE",
@@ -177,6 +189,8 @@ def command(flags: argparse.Namespace) -> int:
         raise UserError(f"--hours: the table {flags.table} has none; the table {RELEASE} has")
     if flags.table == RELEASE and (flags.runs or flags.km or flags.runs_of or flags.km_of):
         raise UserError("--runs, --km, --runs-of, --km-of: a release drives as much as --hours give")
+    if flags.table in ALONE and (flags.record_answers or flags.answers):
+        raise UserError(f"--record-answers, --answers: no row of the table {flags.table} answers prompts")
     if flags.log and (flags.quick or flags.runs or flags.first):
         raise UserError("--log: a log was driven before; --quick, --runs and --from have no place beside it")
     try:

@@ -162,9 +162,19 @@ def backend_of(spec: RunSpec) -> str:
     return str(spec.settings.get("drivelm", {}).get("backend") or "embedded")
 
 
+def kind_of_answers(spec: RunSpec) -> str:
+    """What the names of its answers to whole prompts begin with in a cassette."""
+    drivelm = spec.settings.get("drivelm", {})
+    decoding = drivelm.get("gguf", {}).get("decoding", "free")
+    return f"gguf:{decoding}" if generator_of(spec) == "gguf" else generator_of(spec)
+
+
 def made_with(spec: RunSpec) -> str:
-    """The backend that makes the run's advice: of the Direct methods the one that answers prompts, else the front end's."""
-    return generator_of(spec) if answers_prompts(spec) else backend_of(spec)
+    """The backend that makes the run's advice: of methods that answer prompts the one that does, the recorded one by its whole name."""
+    if not answers_prompts(spec):
+        return backend_of(spec)
+    recorded = spec.settings.get("drivelm", {}).get("answers", {}).get("model", "")
+    return recorded if recorded and generator_of(spec) != "embedded" else generator_of(spec)
 
 
 def noted(note: str, spec: RunSpec) -> str:

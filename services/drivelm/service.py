@@ -24,7 +24,7 @@ from proto.sensors import Calibration, CameraFrame, GnssFix
 from proto.topics import Topic
 from services.drivelm.backends import load
 from services.drivelm.backends.backend import EmbeddedBackend
-from services.drivelm.backends.config import GgufConfig, OpenaiConfig, TransformersConfig
+from services.drivelm.backends.config import AnswersConfig, GgufConfig, OpenaiConfig, TransformersConfig
 from services.drivelm.cameras import Calibrations, RecentFrames, decoded
 from services.drivelm.country.country_belief import CountryBelief, oncoming_cue, seen_to_come
 from services.drivelm.country.position import Journey, Placing
@@ -77,6 +77,7 @@ class DrivelmConfig(ServiceConfig, frozen=True, kw_only=True):
     """For the evaluation: offer `answer_prompt`, the tool of its Direct methods (entry point `drivemcp.whole_prompts`)."""
     prompt_backend: Literal["", "embedded", "transformers", "openai", "gguf"] = ""
     """The backend that answers whole prompts; empty: `backend`. In lockstep the caller waits for it and counts its time."""
+    answers: AnswersConfig = AnswersConfig()
 
 
 class SceneAnswer(msgspec.Struct, frozen=True, kw_only=True):

@@ -64,3 +64,14 @@ class GgufConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     """Decoding is greedy, so that it changes nothing unless the library draws somewhere."""
     decoding: Literal["free", "forms"] = "free"
     """`free`: any text up to the end of the line. `forms`: only the sentences that the parser knows, by a grammar."""
+
+
+class AnswersConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """`drivelm.answers`, for the evaluation: answers to whole prompts that are recorded, or played in place of the model."""
+
+    record: str = ""
+    """A cassette into which every answer goes; one that is there already is not asked for again."""
+    play: str = ""
+    """A cassette from which every answer comes; no model is loaded, and a prompt that is not in it is an error."""
+    model: str = ""
+    """The backend that is played, by its whole name; empty: the only one of the kind that is set."""

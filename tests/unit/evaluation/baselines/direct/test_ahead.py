@@ -5,6 +5,7 @@ from typing import Any
 import msgspec
 import pytest
 
+from evaluation.baselines.direct.answer_sources import Extractive
 from evaluation.baselines.direct.context import MOST_CHARS, as_json, summary
 from evaluation.baselines.direct.memory import recalled
 from evaluation.baselines.direct.prompt_answer import PromptAnswer
@@ -31,7 +32,7 @@ class Reader(Played):
 
 def _read(call: Call) -> Outcome:
     asked = Asked(call.arguments["context"], call.arguments["query"], tuple(call.arguments["passages"]))
-    answer: PromptAnswer = answered(asked, TEMPLATE, "embedded", None, None)
+    answer: PromptAnswer = answered(asked, TEMPLATE, Extractive("embedded"))
     return Outcome(tool=call.tool, status="ok", result=msgspec.to_builtins(answer), arguments=call.arguments)
 
 

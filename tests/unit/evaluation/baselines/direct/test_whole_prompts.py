@@ -10,10 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drivemcp.testing import bus
+from evaluation.baselines.direct.extractive import extracted
 from evaluation.baselines.direct.parsed_advice import NO_ADVICE, advice_of
 from evaluation.baselines.direct.prompt_answer import PromptAnswer
 from evaluation.baselines.direct.template import Asked, filled, load
-from evaluation.baselines.direct.whole_prompts import extracted
 from proto import topics
 from proto.sensors import CameraFrame
 from services.drivelm.backends.config import OpenaiConfig
