@@ -12,7 +12,7 @@ from drivemcp.config import settings_of
 from evaluation.campaign.names import TableName
 from evaluation.corruption.spec import CLEAN, PAPER
 from evaluation.run.latencies import Latencies, read
-from evaluation.run.methods import ABLATIONS, METHODS, OBEDIENT, applied
+from evaluation.run.methods import ABLATIONS, METHODS, OBEDIENT, PROPOSERS, applied
 from evaluation.run.spec import RunSpec, Sensors
 from evaluation.scenarios import Family, generate
 
@@ -99,6 +99,15 @@ def _results(base: RunSpec) -> Iterable[Row]:
             )  # fmt: skip
 
 
+def _proposer(base: RunSpec) -> Iterable[Row]:
+    for family, name in FAMILIES.items():
+        for key, method in PROPOSERS.items():
+            yield Row(
+                table="proposer", key=f"{family}/{key}", label=key, family=family, group=name, spec=applied(method, base),
+                paper=f"{name}/{key.partition(',')[0].replace('LM-', 'VLM-') if key.startswith('LM-') else key}", note=method.note,
+            )  # fmt: skip
+
+
 def _corruption(base: RunSpec) -> Iterable[Row]:
     ours, family = applied(METHODS[OURS], base), BORDER
     for name, spec in PAPER.items():
@@ -181,14 +190,20 @@ _ROWS: Mapping[TableName, Callable[[RunSpec], Iterable[Row]]] = MappingProxyType
         "delta": _delta,
         "ablation": _ablation,
         "can-fault": _can_fault,
+        "proposer": _proposer,
     }
 )
 
 
 def with_settings(spec: RunSpec, service: str, settings: dict[str, Any]) -> RunSpec:
-    """The spec with more settings for one service."""
-    merged = {**spec.settings.get(service, {}), **settings}
+    """The spec with more settings for one service; of a group of settings those that are not named stay."""
+    merged = _merged(spec.settings.get(service, {}), settings)
     return msgspec.structs.replace(spec, settings={**spec.settings, service: merged})
+
+
+def _merged(before: Mapping[str, Any], more: Mapping[str, Any]) -> dict[str, Any]:
+    both = {key for key, value in more.items() if isinstance(value, dict) and isinstance(before.get(key), dict)}
+    return {**before, **more, **{key: _merged(before[key], more[key]) for key in both}}
 
 
 def latencies_of(file: str) -> Latencies | None:

@@ -13,12 +13,20 @@ from drivemcp.config import settings_of
 from drivemcp.errors import UserError
 from evaluation.baselines.direct import cassette
 from evaluation.campaign import published
-from evaluation.campaign.names import QUICK_S, TABLES, TableName
+from evaluation.campaign.names import PROPOSER, QUICK_S, TABLES, TableName
 from evaluation.campaign.plan import FIXED, Amount, Row, as_asked, latencies_of, rows_of, with_settings
 from evaluation.campaign.published import Line
 from evaluation.report.plots import figure_of
 from evaluation.run.host import NOT_NEEDED
-from evaluation.run.methods import ABLATIONS, METHODS, OBEDIENT, answers_prompts, kind_of_answers
+from evaluation.run.methods import (
+    ABLATIONS,
+    METHODS,
+    OBEDIENT,
+    PROPOSERS,
+    answers_prompts,
+    by_language_model,
+    kind_of_answers,
+)
 from evaluation.run.spec import RunSpec
 from proto.services import SERVICES
 
@@ -30,11 +38,12 @@ def tables_of(name: str) -> tuple[TableName, ...]:
 
 def rows(name: TableName, flags: argparse.Namespace) -> Iterator[Row]:
     """The table's rows, with the settings and latencies that are the user's. Raises UserError for an unknown method."""
-    _known("--method", flags.method, {*METHODS, OBEDIENT.label, *ABLATIONS})
+    _known("--method", flags.method, {*METHODS, OBEDIENT.label, *ABLATIONS, *(PROPOSERS if name == PROPOSER else ())})
     latencies, answers = latencies_of(flags.latencies), answers_of(flags)
     for row in rows_of(name, flags.sensors):
-        if not flags.method or row.spec.method in flags.method:
-            yield msgspec.structs.replace(row, spec=answers(as_asked(row.spec, latencies, flags.set)))
+        spec = by_language_model(row.spec, flags.language_model or "gguf")
+        if spec is not None and (not flags.method or row.spec.method in flags.method):
+            yield msgspec.structs.replace(row, spec=answers(as_asked(spec, latencies, flags.set)))
 
 
 def answers_of(flags: argparse.Namespace) -> Callable[[RunSpec], RunSpec]:
@@ -88,10 +97,19 @@ def settings_in_runs(pairs: Sequence[str]) -> dict[str, dict[str, Any]]:
 def _check_settings(flags: argparse.Namespace) -> None:
     asked = settings_in_runs(flags.set)
     for row in (row for name in tables_of(flags.table) for row in rows_of(name, flags.sensors)):
-        for service, key in ((service, key) for service, keys in asked.items() for key in keys):
-            if key in row.spec.settings.get(service, {}):
-                makes = f"it makes the row {row.label!r} of the table {row.table} what it is"
-                raise UserError(f"--set {service}.{key}: {makes}, and in all rows their labels would be wrong")
+        for key in _set_twice(asked, row.spec.settings):
+            makes = f"it makes the row {row.label!r} of the table {row.table} what it is"
+            raise UserError(f"--set {key}: {makes}, and in all rows their labels would be wrong")
+
+
+def _set_twice(asked: Mapping[str, Any], fixed: Mapping[str, Any]) -> Iterator[str]:
+    """The settings, by their dotted names, that both have."""
+    for key in asked.keys() & fixed.keys():
+        inner, outer = asked[key], fixed[key]
+        if isinstance(inner, dict) and isinstance(outer, dict):
+            yield from (f"{key}.{each}" for each in _set_twice(inner, outer))
+        else:
+            yield key
 
 
 def _check_amount(flags: argparse.Namespace) -> None:
@@ -148,6 +166,7 @@ def command_line(flags: argparse.Namespace) -> str:
     words += ["--sensors", flags.sensors] + (["--quick"] if flags.quick else [])
     words += ["--latencies", flags.latencies] if flags.latencies != FIXED else []
     words += [word for setting in flags.set for word in ("--set", setting)]
+    words += ["--language-model", flags.language_model] if flags.language_model else []
     words += ["--record-answers", flags.record_answers] if flags.record_answers else []
     words += ["--answers", flags.answers] if flags.answers else []
     words += ["--published", flags.published] if flags.published else []

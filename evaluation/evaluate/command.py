@@ -6,7 +6,7 @@ from drivemcp.commands import Subparsers
 from drivemcp.errors import UserError
 from drivemcp.files.modes import others_denied
 from drivemcp.numbers import number, whole
-from evaluation.campaign.names import QUICK_S, TABLES
+from evaluation.campaign.names import PROPOSER, QUICK_S, TABLES
 
 GUARD, POPULATION, ISA, RELEASE = "guard", "population", "isa", "release"
 ALONE = (GUARD, POPULATION, ISA, RELEASE)
@@ -26,10 +26,10 @@ def register(subparsers: Subparsers) -> None:
     )
     parser.add_argument(
         "table",
-        choices=(*TABLES, "all", *ALONE),
+        choices=(*TABLES, "all", PROPOSER, *ALONE),
         metavar="TABLE",
-        help=", ".join((*TABLES, "all"))
-        + f"; or {GUARD}: what the guard avoids alone, in scenes of the kind of UN Regulation 152; "
+        help=", ".join((*TABLES, "all")) + f"; or {PROPOSER}: a language model in place of reader and fusion; "
+        f"or {GUARD}: what the guard avoids alone, in scenes of the kind of UN Regulation 152; "
         f"or {POPULATION}: drivers of four kinds at hazards and on routes; "
         f"or {ISA}: what is shown and said of limits, by the rules of speed assistance; "
         f"or {RELEASE}: {ISA} and {GUARD} whole, then all tables with as many runs a row as --hours give, in as many sittings as it takes",
@@ -100,7 +100,9 @@ def register(subparsers: Subparsers) -> None:
     parser.add_argument("--jobs", type=whole(1, MOST), help="runs side by side (one a core)")
     parser.add_argument("--out", default="out/evaluate", metavar="DIR", help="where runs, tables and report go")
     parser.add_argument(
-        "--sensors", choices=("rendered", "model"), help="rendered; model for the tables guard, population and isa"
+        "--sensors",
+        choices=("rendered", "model"),
+        help="rendered; model for the tables proposer, guard, population and isa",
     )
     parser.add_argument(
         "--latencies",
@@ -120,6 +122,11 @@ def register(subparsers: Subparsers) -> None:
         default=[],
         metavar="SERVICE.KEY=VALUE",
         help="one setting of one service, in all runs",
+    )
+    parser.add_argument(
+        "--language-model",
+        choices=("gguf", "openai", "transformers"),
+        help=f"the backend of the language model of the table {PROPOSER} (gguf); its settings by --set drivelm.BACKEND.KEY=VALUE",
     )
     parser.add_argument(
         "--record-answers",
@@ -174,7 +181,7 @@ def _method_km(text: str) -> tuple[str, float]:
 
 def command(flags: argparse.Namespace) -> int:
     """Drive, measure, write. Raises UserError where a module is not installed."""
-    flags.sensors = flags.sensors or ("model" if flags.table in ALONE else "rendered")
+    flags.sensors = flags.sensors or ("model" if flags.table in (*ALONE, PROPOSER) else "rendered")
     if flags.table != GUARD and flags.seeds is not None:
         raise UserError(f"--seeds: the table {flags.table} has none; --runs says how many runs a row has")
     if flags.table != GUARD and flags.beside:
@@ -189,6 +196,8 @@ def command(flags: argparse.Namespace) -> int:
         raise UserError(f"--hours: the table {flags.table} has none; the table {RELEASE} has")
     if flags.table == RELEASE and (flags.runs or flags.km or flags.runs_of or flags.km_of):
         raise UserError("--runs, --km, --runs-of, --km-of: a release drives as much as --hours give")
+    if flags.table != PROPOSER and flags.language_model:
+        raise UserError(f"--language-model: the table {flags.table} has none; the table {PROPOSER} has")
     if flags.table in ALONE and (flags.record_answers or flags.answers):
         raise UserError(f"--record-answers, --answers: no row of the table {flags.table} answers prompts")
     if flags.log and (flags.quick or flags.runs or flags.first):

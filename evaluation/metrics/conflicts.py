@@ -143,6 +143,12 @@ def collisions(record: Record) -> int:
     return len(spans((truth.time_s, truth.collision) for truth in record.truths)[:1])
 
 
+def contact_speed_mps(record: Record) -> tuple[float, ...]:
+    """The ego's speed in the truth before it began to touch somebody."""
+    pairs = zip(record.truths, record.truths[1:], strict=False)
+    return tuple(before.speed_mps for before, after in pairs if after.collision and not before.collision)[:1]
+
+
 def near_collisions(record: Record) -> tuple[int, int]:
     """How many by time to collision, and how many more by post-encroachment time alone; a collision is none of them."""
     by_ttc = spans(((t.time_s, _near(t)) for t in record.truths), APART_S)

@@ -74,12 +74,24 @@ def wrong_limit_s(record: Record) -> float:
     return _held(record, lambda held, true: held is not None and not same_limit(held, true))
 
 
+def target_above_law_s(record: Record) -> float:
+    """Seconds in which the speed that the system aims at is above the true limit."""
+    return _seconds(
+        record,
+        lambda said, true: said.target_mps is not None and true is not None and said.target_mps > true + SAME_LIMIT_MPS,
+    )
+
+
 def unknown_limit_s(record: Record) -> float:
     """Seconds in which there was a limit and the system knew of none."""
     return _held(record, lambda held, true: held is None and true is not None)
 
 
 def _held(record: Record, counts: Callable[[float | None, float | None], bool]) -> float:
+    return _seconds(record, lambda said, true: counts(inferred_mps(said), true))
+
+
+def _seconds(record: Record, counts: Callable[[Advisory, float | None], bool]) -> float:
     if not record.truths:
         return 0.0
     last_s = record.truths[-1].time_s
@@ -87,8 +99,7 @@ def _held(record: Record, counts: Callable[[float | None, float | None], bool]) 
     return math.fsum(
         max(0.0, min(end_s, last_s) - each.time_s)
         for each, end_s in zip(record.advisories, ends_s, strict=False)
-        if (truth := record.truth_at(each.time_s)) is not None
-        and counts(inferred_mps(each.message), truth.law_limit_mps)
+        if (truth := record.truth_at(each.time_s)) is not None and counts(each.message, truth.law_limit_mps)
     )
 
 

@@ -97,6 +97,8 @@ class Metrics(msgspec.Struct, frozen=True, kw_only=True):
     """Encounters with a time to collision below 1.5 s or a post-encroachment time below 1 s, and no collision; truth."""
     near_collisions_pet: int | None = None
     """Of them, those by post-encroachment time alone."""
+    contact_speed_mps: tuple[float, ...] = ()
+    """The ego's speed when it began to touch somebody, m/s; truth."""
     collisions: int | None = None
     """0 or 1; truth."""
 
@@ -124,6 +126,8 @@ class Metrics(msgspec.Struct, frozen=True, kw_only=True):
     """Time with another limit than the true one, s; advisories, truth."""
     unknown_limit_s: float | None = None
     """Time in which the true limit was not known at all, s."""
+    target_above_law_s: float | None = None
+    """Time with a target above the true limit, s; advisories, truth."""
     unnecessary_slow_downs: int | None = None
     """Slow-downs after a message for which truth knows no cause."""
     target_mean_mps: float | None = None
@@ -197,11 +201,12 @@ RATES: Mapping[str, RateRow] = {
         ("hard_brakings", "hard_brakings", "distance_m", 1e4, "/10 km"),
         ("wrong_limit", "wrong_limit_s", "seconds", 3600.0, "s/h"),
         ("unknown_limit", "unknown_limit_s", "seconds", 3600.0, "s/h"),
+        ("target_above_law", "target_above_law_s", "seconds", 3600.0, "s/h"),
     )
 }
 """Rates made of the counts of one run or of many.
 
-`listening`, `wrong_limit` and `unknown_limit` are times, not counts: no Poisson interval fits them.
+`listening`, `wrong_limit`, `unknown_limit` and `target_above_law` are times, not counts: no Poisson interval fits them.
 """
 
 
@@ -272,12 +277,14 @@ def measure(record: Record) -> Metrics:
         near_collisions=by_ttc + by_pet,
         near_collisions_pet=by_pet,
         collisions=conflicts.collisions(record),
+        contact_speed_mps=conflicts.contact_speed_mps(record),
         messages_judged_by_topic={topic: each.judged for topic, each in judged_by.items()},
         messages_true_by_topic={topic: each.right for topic, each in judged_by.items()},
         messages_needed_by_topic={topic: each.needed for topic, each in judged_by.items()},
         false_warnings=speech.false_warnings(record),
         wrong_limit_s=law.wrong_limit_s(record),
         unknown_limit_s=law.unknown_limit_s(record),
+        target_above_law_s=law.target_above_law_s(record),
         unnecessary_slow_downs=speech.unnecessary_slow_downs(record),
         hardest_braking_mps2=comfort.hardest_braking_mps2(record),
         hard_brakings=comfort.hard_brakings(record),

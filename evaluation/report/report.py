@@ -37,6 +37,7 @@ _TITLES = {
     "delta": "The margin Delta",
     "ablation": "Ablations",
     "can-fault": "Faults of the car",
+    "proposer": "A language model as proposer",
 }
 
 

@@ -22,6 +22,19 @@ EXTRACTIVE = (
     "nothing of what one would reach."
 )
 """What has to be said beside the note of a Direct method that such a reader made."""
+COMPLETED = (
+    " The language model gets the text of the scene and no picture. Unless another file is set it is gemma3-270m: 270 million "
+    "parameters, base weights of four bits."
+)
+"""The same where a language model of a GGUF file did."""
+PROPOSED = (
+    "Events and tools as in DriveMCP. A language model words and decides what they come to: it answers one prompt per event, with the "
+    "scene and the tools' answers in it, in place of fusion."
+)
+DECODINGS = {
+    "free": " Any text counts that the parser understands.",
+    "forms": " Decoding is held to the sentences that the parser knows.",
+}
 PROMPT_TOOL = "answer_prompt"
 PASSAGES = 3
 """Retrieved passages in the prompt of VLM-Direct+RAG."""
@@ -90,6 +103,45 @@ METHODS = _by_label(
 )
 """The paper's four between floor and ceiling."""
 
+
+def _worded(decoding: str) -> tuple[Method, ...]:
+    """The rows of a language model, with one way of decoding."""
+    drivelm: dict[str, Any] = {"whole_prompts": True, "prompt_backend": "gguf", "gguf": {"decoding": decoding}}
+    direct, rag = METHODS["VLM-Direct"], METHODS["VLM-Direct+RAG"]
+    proposer: dict[str, dict[str, Any]] = {"orchestrator": {"method": "proposer"}, "drivelm": drivelm}
+    rows = (
+        Method(
+            label="LM-Direct",
+            settings={**direct.settings, "drivelm": drivelm},
+            without=direct.without,
+            note=direct.note,
+        ),
+        Method(
+            label="LM-Direct+RAG", settings={**rag.settings, "drivelm": drivelm}, without=rag.without, note=rag.note
+        ),
+        Method(
+            label="LM-Tools-NoArbiter",
+            settings={**proposer, "arbiter": {"filter": "none"}},
+            note=PROPOSED + " What it says passes unjudged. Refused outside simulation.",
+        ),
+        Method(label="LM-Tools-Arbiter", settings=proposer, note=PROPOSED + " The arbiter stands behind it."),
+    )
+    return tuple(
+        msgspec.structs.replace(row, label=f"{row.label}, {decoding}", note=row.note + DECODINGS[decoding])
+        for row in rows
+    )
+
+
+PROPOSERS = _by_label(
+    METHODS["No-assistant"],
+    METHODS["VLM-Direct"],
+    METHODS["VLM-Direct+RAG"],
+    *(row for decoding in DECODINGS for row in _worded(decoding)),
+    METHODS["VLM-Tools-NoArbiter"],
+    FULL,
+)
+"""A language model in the rows that bear its name, beside the extractive reader, our fusion without the arbiter, and all of ours."""
+
 OBEDIENT = Method(
     label="Obedient driver",
     settings={"simulator": {"driver": "obedient"}},
@@ -148,8 +200,8 @@ ABLATIONS = _by_label(
 
 
 def answers_prompts(spec: RunSpec) -> bool:
-    """Whether the run's advice is answers to whole prompts, as the Direct methods' is."""
-    return bool(spec.settings.get("orchestrator", {}).get("method") == "direct")
+    """Whether the run's advice is answers to whole prompts, as that of the Direct methods and the proposer is."""
+    return spec.settings.get("orchestrator", {}).get("method") in ("direct", "proposer")
 
 
 def generator_of(spec: RunSpec) -> str:
@@ -179,7 +231,19 @@ def made_with(spec: RunSpec) -> str:
 
 def noted(note: str, spec: RunSpec) -> str:
     """What has to be said of a row, as it was made."""
-    return note + (EXTRACTIVE if answers_prompts(spec) and generator_of(spec) == "embedded" else "")
+    said = {"embedded": EXTRACTIVE, "gguf": COMPLETED}.get(generator_of(spec), "")
+    return note + (said if answers_prompts(spec) else "")
+
+
+def by_language_model(spec: RunSpec, backend: str) -> RunSpec | None:
+    """A row of the language model, by another backend; None: that backend cannot be held to a grammar. Other rows stay as they are."""
+    drivelm = spec.settings.get("drivelm", {})
+    if drivelm.get("prompt_backend") != "gguf" or backend == "gguf":
+        return spec
+    if drivelm["gguf"]["decoding"] != "free":
+        return None
+    others = {key: value for key, value in drivelm.items() if key != "gguf"}
+    return msgspec.structs.replace(spec, settings={**spec.settings, "drivelm": {**others, "prompt_backend": backend}})
 
 
 def applied(method: Method, spec: RunSpec) -> RunSpec:

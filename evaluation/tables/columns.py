@@ -67,6 +67,7 @@ NEAR = Column(title="near-collisions", unit="/10 km", rate="near_collisions", pa
 COLUMNS: Mapping[TableName, tuple[Column, ...]] = MappingProxyType(
     {
         "results": (INFRACTIONS, OVERSPEED, RESPONSE, LATENCY, TTC),
+        "proposer": (INFRACTIONS, OVERSPEED, RESPONSE, LATENCY, TTC),
         "corruption": (F1, TOOLS, INFRACTIONS, OVERSPEED, RESPONSE),
         "delta": (ACTS, FALSE, TTC),
         "ablation": (
@@ -83,6 +84,8 @@ NAGS = Column(title="nags", unit="/10 km", rate="nags")
 COLLISIONS = Column(title="collisions", unit="/1,000 km", rate="collisions")
 LATENCY_P50 = Column(title="advisory latency p50", unit="s", field="advisory_latency_s", of="median", places=3)
 UNTOLD = Column(title="infractions told late, wrongly or not at all", unit="/10 km", rate="infractions_untold")
+TARGET_ABOVE = Column(title="target above the true limit", unit="s/h", rate="target_above_law", places=0)
+CONTACT = Column(title="speed at contact", unit="km/h", field="contact_speed_mps", scale=3.6, places=0)
 OURS: tuple[Column, ...] = (
     UNTOLD,
     Column(title="overspeed, true limit", unit="%", field="overspeed_true_pct"),
@@ -165,12 +168,14 @@ def _of_messages(topic: str) -> tuple[Column, Column]:
     )
 
 
+_KINDS = (
+    *(column for kind in WORDS for column in _of_hazards(kind)),
+    *(column for topic in TOPICS for column in _of_messages(topic)),
+)
 OURS_OF: Mapping[TableName, tuple[Column, ...]] = MappingProxyType(
     {
-        "results": (
-            *(column for kind in WORDS for column in _of_hazards(kind)),
-            *(column for topic in TOPICS for column in _of_messages(topic)),
-        ),
+        "results": _KINDS,
+        "proposer": (TARGET_ABOVE, CONTACT, *_KINDS),
         "corruption": (Column(title="signs corrupted", unit="%", better="", share=("signs_corrupted", "signs_drawn"), places=0),),
     }
 )  # fmt: skip

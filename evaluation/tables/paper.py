@@ -7,7 +7,7 @@ from typing import Any
 
 import msgspec
 
-from evaluation.campaign.names import TableName
+from evaluation.campaign.names import PROPOSER, TableName
 
 FILE = Path(__file__).parent.parent / "paper.json"
 Numbers = Mapping[str, float]
@@ -22,8 +22,8 @@ def paper() -> dict[str, Any]:
 
 @cache
 def paper_rows(table: TableName) -> Mapping[str, Numbers]:
-    """Row -> column -> number."""
-    whole: dict[str, Any] = paper()[table.replace("-", "_")]
+    """Row -> column -> number. A language model's rows stand beside the results."""
+    whole: dict[str, Any] = paper()["results" if table == PROPOSER else table.replace("-", "_")]
     columns = whole["columns"]
     return {name: dict(zip(columns, values, strict=True)) for name, values in _flat(whole)}
 

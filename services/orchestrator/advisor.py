@@ -60,6 +60,30 @@ class Advisor(Protocol):
         ...
 
 
+class Consulted(NamedTuple):
+    """What the experts have answered, and what holds by it."""
+
+    state: State
+    now: tuple[Event, ...]
+    """The events that hold now: an answer can be news itself, or the end of it."""
+    events: tuple[Event, ...]
+    """Those, and the events because of which the experts were asked."""
+    calls: tuple[Call, ...]
+    outcomes: tuple[Outcome, ...]
+    failed: tuple[str, ...]
+
+
+def consulted(state: State, before: State, events: tuple[Event, ...], seen: Observations, ask: Ask) -> Consulted:
+    """Route the events to experts, ask these in parallel, and take their answers."""
+    calls = route(events, state, seen.experts)
+    outcomes = ask.experts(calls) if calls else ()
+    state = answers.take(state, outcomes)
+    now = detect_events(state, before, seen.query, seen.thresholds) if outcomes else events
+    held = {event.kind for event in now}
+    events = (*now, *(event for event in events if event.kind not in held))
+    return Consulted(state, now, events, calls, outcomes, failing(events, state, seen.experts))
+
+
 class Tools:
     """Experts are asked in parallel, their answers fused, and the arbiter decides; without it the local rule, which never acts."""
 
@@ -71,16 +95,9 @@ class Tools:
 
     def advise(self, state: State, before: State, events: tuple[Event, ...], seen: Observations, ask: Ask) -> Advised:
         """Route, ask, take the answers, fuse."""
-        calls = route(events, state, seen.experts)
-        outcomes = ask.experts(calls) if calls else ()
-        state = answers.take(state, outcomes)
-        # An answer can be news itself, or the end of it: words go by what holds now, the trace has both.
-        now = detect_events(state, before, seen.query, seen.thresholds) if outcomes else events
-        held = {event.kind for event in now}
-        events = (*now, *(event for event in events if event.kind not in held))
-        missed = failing(events, state, seen.experts)
-        fused, chosen, goal = advise(state, now, missed)
-        return Advised(state, events, calls, outcomes, fused, chosen, goal, missed)
+        told = consulted(state, before, events, seen, ask)
+        fused, chosen, goal = advise(told.state, told.now, told.failed)
+        return Advised(told.state, told.events, told.calls, told.outcomes, fused, chosen, goal, told.failed)
 
     def decide(self, request: ArbitrationRequest, state: State, ask: Ask) -> Decision:
         """The arbiter's decision on this tick; without an answer the local rule, which never acts."""

@@ -6,6 +6,7 @@ An answer that cannot be parsed advises nothing. A limit that was told stands un
 announced if it is lower, and holds only once its sign is passed and asked about.
 """
 
+from collections.abc import Mapping
 from collections.abc import Set as AbstractSet
 from typing import Annotated, Any, Literal, NamedTuple
 
@@ -67,6 +68,21 @@ class DirectSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     passages: Annotated[int, msgspec.Meta(ge=0, le=10)] = 0
     """How many retrieved passages stand in the prompt; 0: retrieval is not asked."""
 
+    @property
+    def queries(self) -> Mapping[str, str]:
+        """What is asked about which event or sign ahead, the gravest first."""
+        return QUERIES
+
+
+class Experts(NamedTuple):
+    """What tools have told before the prompt, in sentences, and what the last of them took."""
+
+    told: tuple[str, ...] = ()
+    took_ms: float = 0.0
+
+
+NO_EXPERTS = Experts()
+
 
 class Saying(NamedTuple):
     """How an action is said."""
@@ -89,14 +105,22 @@ _HAZARDS = {
 }
 
 
-def advise(state: State, events: tuple[Event, ...], seen: Observations, settings: DirectSettings, ask: Ask) -> Advised:
+def advise(
+    state: State,
+    events: tuple[Event, ...],
+    seen: Observations,
+    settings: DirectSettings,
+    ask: Ask,
+    experts: Experts = NO_EXPERTS,
+) -> Advised:
     """Ask for the gravest that is new, hear what has come, and put it into words."""
     news = _news(state, events)
-    query = asked_for(news | _unasked(state))
-    calls, outcomes = consult(query, state, settings, ask) if query else ((), ())
-    heard = _heard(state, (*seen.late, *outcomes), outcomes)
-    waits = tuple(kind for kind, each in QUERIES.items() if kind in news and each != query)
-    noted = msgspec.structs.replace(heard, asked=_asked(state, query), passed_over=waits)
+    query = asked_for(news | _unasked(state), settings.queries)
+    calls, outcomes = consult(query, state, settings, ask, experts.told) if query else ((), ())
+    before_ms = experts.took_ms + sum(outcome.elapsed_ms for outcome in outcomes if outcome.tool != PROMPT)
+    heard = _heard(state, (*seen.late, *outcomes), before_ms, settings.queries)
+    waits = tuple(kind for kind, each in settings.queries.items() if kind in news and each != query)
+    noted = msgspec.structs.replace(heard, asked=_asked(state, query, settings.queries), passed_over=waits)
     state = kept(state, noted)
     goal = _goal(state)
     chosen = _candidate(state)
@@ -104,9 +128,9 @@ def advise(state: State, events: tuple[Event, ...], seen: Observations, settings
     return Advised(state, events, calls, outcomes, _fused(state, goal, chosen), chosen, goal, latency_ms=took_ms)
 
 
-def asked_for(kinds: AbstractSet[str]) -> str:
+def asked_for(kinds: AbstractSet[str], queries: Mapping[str, str]) -> str:
     """The query about the gravest of them; empty: none that a prompt could help with."""
-    return next((query for kind, query in QUERIES.items() if kind in kinds), "")
+    return next((query for kind, query in queries.items() if kind in kinds), "")
 
 
 def _news(state: State, events: tuple[Event, ...]) -> set[str]:
@@ -120,10 +144,10 @@ def _unasked(state: State) -> set[str]:
     return {_kind(sign) for sign in signs_ahead(state) if (sign.track_id, sign.reading) not in recalled(state).asked}
 
 
-def _asked(state: State, query: str) -> tuple[tuple[int, str], ...]:
+def _asked(state: State, query: str, queries: Mapping[str, str]) -> tuple[tuple[int, str], ...]:
     """The signs ahead that were asked about, those of this query with them, as long as their track is there."""
     tracks = {sign.track_id for sign in state.signs.ahead}
-    now = [(sign.track_id, sign.reading) for sign in signs_ahead(state) if query and QUERIES.get(_kind(sign)) == query]
+    now = [(sign.track_id, sign.reading) for sign in signs_ahead(state) if query and queries.get(_kind(sign)) == query]
     return tuple(each for each in dict.fromkeys((*recalled(state).asked, *now)) if each[0] in tracks)[-MOST_ASKED:]
 
 
@@ -138,13 +162,13 @@ def _kind(sign: SignAhead) -> str:
 
 
 def consult(
-    query: str, state: State, settings: DirectSettings, ask: Ask
+    query: str, state: State, settings: DirectSettings, ask: Ask, tools: tuple[str, ...] = ()
 ) -> tuple[tuple[Call, ...], tuple[Outcome, ...]]:
     """Retrieve, where the method does, then ask; two waits, one after the other."""
     found, outcomes = retrieval(query, state, settings), tuple[Outcome, ...]()
     if found:
         outcomes = ask.experts(found)
-    prompt = prompt_call(query, state, settings, outcomes)
+    prompt = prompt_call(query, state, settings, outcomes, tools)
     return (*found, prompt), (*outcomes, *ask.experts((prompt,)))
 
 
@@ -163,9 +187,13 @@ def retrieval(query: str, state: State, settings: DirectSettings) -> tuple[Call,
     return (Call(tool=RETRIEVE, arguments=arguments, deadline_ms=DEADLINE_MS),)
 
 
-def prompt_call(query: str, state: State, settings: DirectSettings, outcomes: tuple[Outcome, ...]) -> Call:
-    """The prompt, with the passages that came."""
+def prompt_call(
+    query: str, state: State, settings: DirectSettings, outcomes: tuple[Outcome, ...], tools: tuple[str, ...] = ()
+) -> Call:
+    """The prompt, with the passages that came and what tools have told."""
     arguments = {"query": query, "context": context(state, settings.context), "passages": _passages(outcomes)}
+    if tools:
+        arguments["tools"] = list(tools)
     return Call(tool=PROMPT, arguments=arguments, deadline_ms=DEADLINE_MS)
 
 
@@ -176,13 +204,12 @@ def _passages(outcomes: tuple[Outcome, ...]) -> list[str]:
 # -- hearing -------------------------------------------------------------------------------------------------------------
 
 
-def _heard(state: State, outcomes: tuple[Outcome, ...], now: tuple[Outcome, ...]) -> Direct:
-    before_ms = sum(outcome.elapsed_ms for outcome in now if outcome.tool != PROMPT)
+def _heard(state: State, outcomes: tuple[Outcome, ...], before_ms: float, queries: Mapping[str, str]) -> Direct:
     told = [*recalled(state).waiting]
     for outcome in outcomes:
         answer = typed(outcome, PromptAnswer) if outcome.tool == PROMPT and outcome.ok else None
         if answer is not None:
-            told.append(_told(state, outcome, answer, before_ms))
+            told.append(_told(state, outcome, answer, before_ms, queries))
     due = [each for each in told if each.due_ns <= state.now_ns and each.action != "none"]
     heard = due[-1] if due else _unsaid(state)
     limit = next((each for each in reversed(due) if each.action == "limit" and each.limit), recalled(state).limit)
@@ -204,12 +231,12 @@ def _begins(sign: SignAhead, limit: LegalLimit) -> bool:
     return shows_limit(sign) and sign.value == limit.value
 
 
-def _told(state: State, outcome: Outcome, answer: PromptAnswer, before_ms: float) -> Told:
+def _told(state: State, outcome: Outcome, answer: PromptAnswer, before_ms: float, queries: Mapping[str, str]) -> Told:
     waited_ms = max(outcome.elapsed_ms, outcome.age_ms)
     query = str(outcome.arguments.get("query", ""))
     begins_ahead = query == LIMIT_AHEAD and answer.action == "limit"
     return Told(
-        kind=next((kind for kind, each in QUERIES.items() if each == query), ""),
+        kind=next((kind for kind, each in queries.items() if each == query), ""),
         action="limit_ahead" if begins_ahead else answer.action,
         text=plain(answer.text),
         confidence=max(0.0, min(1.0, answer.score)),

@@ -44,11 +44,13 @@ class Reply(msgspec.Struct, frozen=True):
     choices: list[Choice]
 
 
-def request(image: Picture, prompt: str, model: str, max_tokens: int, *, logprobs: bool) -> dict[str, Any]:
-    """The body for one picture (uint8 H x W x 3, RGB), sent as PNG in a data URL."""
-    png = cv2.imencode(".png", cv2.cvtColor(image, cv2.COLOR_RGB2BGR))[1].tobytes()
-    url = f"data:image/png;base64,{base64.b64encode(png).decode('ascii')}"
-    content = [{"type": "image_url", "image_url": {"url": url}}, {"type": "text", "text": prompt}]
+def request(image: Picture | None, prompt: str, model: str, max_tokens: int, *, logprobs: bool) -> dict[str, Any]:
+    """The body for a prompt, and for one picture (uint8 H x W x 3, RGB) where there is one, sent as PNG in a data URL."""
+    content: list[dict[str, Any]] = [{"type": "text", "text": prompt}]
+    if image is not None:
+        png = cv2.imencode(".png", cv2.cvtColor(image, cv2.COLOR_RGB2BGR))[1].tobytes()
+        url = f"data:image/png;base64,{base64.b64encode(png).decode('ascii')}"
+        content.insert(0, {"type": "image_url", "image_url": {"url": url}})
     body = {
         "model": model,
         "messages": [{"role": "user", "content": content}],

@@ -42,6 +42,8 @@ class OpenaiConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     """For a whole answer, from connecting to its last byte."""
     logprobs: bool = True
     """Ask for token probabilities; an endpoint that refuses them is asked without."""
+    pictures: bool = True
+    """Send the picture with a whole prompt. Off: for models without eyes, and for drives without pictures."""
 
 
 class GgufConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

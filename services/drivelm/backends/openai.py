@@ -41,9 +41,9 @@ class OpenaiBackend(PromptedBackend):
         self._url = f"{config.base_url.rstrip('/')}/chat/completions"
         self._key = _key(config)
         self._tls = ssl.create_default_context() if base.scheme == "https" else False
-        self._logprobs = config.logprobs
+        self._logprobs, self.sees = config.logprobs, config.pictures
 
-    def _say(self, images: Sequence[Picture], prompt: str) -> Sequence[Said]:
+    def _say(self, images: Sequence[Picture | None], prompt: str) -> Sequence[Said]:
         said = asyncio.run(self._all(images, prompt))
         if not self._key:
             return said
@@ -51,7 +51,7 @@ class OpenaiBackend(PromptedBackend):
             each._replace(text=each.text.replace(self._key, "(key)")) for each in said
         ]  # an echo must not be logged
 
-    async def _all(self, images: Sequence[Picture], prompt: str) -> list[Said]:
+    async def _all(self, images: Sequence[Picture | None], prompt: str) -> list[Said]:
         async with httpx2.AsyncClient(
             headers=_HEADERS | ({"Authorization": f"Bearer {self._key}"} if self._key else {}),
             timeout=self._config.timeout_s,
@@ -61,7 +61,7 @@ class OpenaiBackend(PromptedBackend):
         ) as client:
             return list(await asyncio.gather(*(self._one(client, image, prompt) for image in images)))
 
-    async def _one(self, client: httpx2.AsyncClient, image: Picture, prompt: str) -> Said:
+    async def _one(self, client: httpx2.AsyncClient, image: Picture | None, prompt: str) -> Said:
         try:
             async with asyncio.timeout(self._config.timeout_s):
                 status, body = await self._post(client, image, prompt)
@@ -75,7 +75,7 @@ class OpenaiBackend(PromptedBackend):
         except (*MALFORMED, ValueError):
             return Said(reason="malformed reply")
 
-    async def _post(self, client: httpx2.AsyncClient, image: Picture, prompt: str) -> tuple[int, bytes]:
+    async def _post(self, client: httpx2.AsyncClient, image: Picture | None, prompt: str) -> tuple[int, bytes]:
         asked = self._logprobs
         status, body = await self._try(client, image, prompt, logprobs=asked)
         if status == 400 and asked:
@@ -84,7 +84,7 @@ class OpenaiBackend(PromptedBackend):
         return status, body
 
     async def _try(
-        self, client: httpx2.AsyncClient, image: Picture, prompt: str, *, logprobs: bool
+        self, client: httpx2.AsyncClient, image: Picture | None, prompt: str, *, logprobs: bool
     ) -> tuple[int, bytes]:
         config = self._config
         body = chat.request(image, prompt, config.model, config.max_tokens, logprobs=logprobs)

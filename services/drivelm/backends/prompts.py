@@ -60,7 +60,7 @@ class PromptedBackend(ABC):
     """A `SlowBackend` that sends a question's prompt with each picture."""
 
     sees = True
-    """A picture goes to it."""
+    """Whether a picture goes to it with a whole prompt."""
 
     def __init__(self, label: str, prompts: Prompts) -> None:
         self._label, self._prompts = label, prompts
@@ -90,13 +90,13 @@ class PromptedBackend(ABC):
 
     def free(self, image: Picture | None, prompt: str) -> tuple[str, float]:
         """Whatever text the model makes of a whole prompt, and its probability; an empty one is an abstention."""
-        if image is None:
+        if self.sees and image is None:
             return self._abstentions.note("no picture").text, 0.0
-        (said,) = self._say([image], prompt)
+        (said,) = self._say([image if self.sees else None], prompt)
         if said.reason:
             return self._abstentions.note(said.reason).text, 0.0
         return said.text, UNMEASURED if said.score is None else said.score
 
     @abstractmethod
-    def _say(self, images: Sequence[Picture], prompt: str) -> Sequence[Said]:
+    def _say(self, images: Sequence[Picture | None], prompt: str) -> Sequence[Said]:
         """What the model says of each picture to the prompt. Raises nothing: whatever goes wrong is a reason to abstain."""

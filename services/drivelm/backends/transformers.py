@@ -40,18 +40,18 @@ class TransformersBackend(PromptedBackend):
         folder = _folder(config)
         super().__init__(f"transformers:{cleaned(folder.name, 40)}:{_digest(folder)[:12]}", prompts)
 
-    def _say(self, images: Sequence[Picture], prompt: str) -> Sequence[Said]:
+    def _say(self, images: Sequence[Picture | None], prompt: str) -> Sequence[Said]:
         with self._lock:
             return [self._one(image, prompt) for image in images]
 
-    def _one(self, image: Picture, prompt: str) -> Said:
+    def _one(self, image: Picture | None, prompt: str) -> Said:
         try:
             text, score, ended = self._generated(image, prompt)
         except _UNANSWERABLE as error:
             return Said(str(error), reason=f"failed, {type(error).__name__}")
         return Said(text, score, "cut off" if not ended else "no probabilities" if score is None else "")
 
-    def _generated(self, image: Picture, prompt: str) -> tuple[str, float | None, bool]:
+    def _generated(self, image: Picture | None, prompt: str) -> tuple[str, float | None, bool]:
         """The text, its probability, and whether it came to its end."""
         content = [{"type": "image", "image": image}, {"type": "text", "text": prompt}]
         inputs = self._processor.apply_chat_template(

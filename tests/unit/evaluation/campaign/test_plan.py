@@ -3,7 +3,7 @@
 import msgspec
 import pytest
 
-from evaluation.campaign.names import TABLES, TableName
+from evaluation.campaign.names import PROPOSER, TABLES, TableName
 from evaluation.campaign.plan import FAMILIES, Amount, placed, route_m, rows_of, runs_of, with_settings
 from evaluation.corruption.spec import CLEAN, read_spec
 from evaluation.run.methods import OBEDIENT
@@ -11,12 +11,12 @@ from evaluation.run.spec import run_key
 from evaluation.tables.paper import paper, paper_rows
 
 
-@pytest.mark.parametrize("table", TABLES)
+@pytest.mark.parametrize("table", [*TABLES, PROPOSER])
 def test_every_row_of_the_paper_stands_beside_one_of_ours(table: TableName) -> None:
     assert set(paper_rows(table)) <= {row.paper for row in rows_of(table, "rendered")}
 
 
-@pytest.mark.parametrize("table", TABLES)
+@pytest.mark.parametrize("table", [*TABLES, PROPOSER])
 def test_keys_of_rows_are_unique(table: TableName) -> None:
     keys = [row.key for row in rows_of(table, "rendered")]
     assert len(keys) == len(set(keys))
@@ -119,3 +119,9 @@ def test_the_papers_numbers_are_as_printed() -> None:
     assert paper_rows("results")["CROSS-BORDER/DriveMCP"]["infractions_per_10km"] == 0.2
     assert paper_rows("delta")["0.2"]["false_positive_pct"] == 8
     assert paper_rows("can-fault")["DriveMCP"]["target_kph"] == 65
+
+
+def test_of_a_group_of_settings_those_that_are_not_named_stay() -> None:
+    row = next(row for row in rows_of(PROPOSER, "model") if row.label.endswith("forms"))
+    spec = with_settings(row.spec, "drivelm", {"gguf": {"threads": 2}})
+    assert spec.settings["drivelm"]["gguf"] == {"decoding": "forms", "threads": 2}
