@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from drivemcp.cli import run
+from evaluation.baselines.direct.cassette import Line, write
 
 
 @pytest.mark.parametrize(
@@ -49,6 +50,19 @@ from drivemcp.cli import run
         (("results", "--quick", "--again", "0123"), "--again is about runs of --published; name the file"),
         (("results", "--quick", "--publish", "."), "--publish .: is a folder; name a file in it"),
         (("results", "--quick", "--publish", f"{__file__}/x.jsonl"), "/x.jsonl: File exists; name a file that can be"),
+        (("results", "--record-answers", "a.jsonl", "--answers", "b.jsonl"), "a run records its answers or plays them"),
+        (("results", "--answers", "absent.jsonl"), "cassette absent.jsonl: No such file or directory"),
+        (("guard", "--answers", "a.jsonl"), "no row of the table guard answers prompts"),
+        (("results", "--ray", "local", "--record-answers", "a.jsonl"), "--record-answers: beside --ray"),
+        (
+            ("results", "--language-model", "openai"),
+            "--language-model: the table results has none; the table proposer has",
+        ),
+        (
+            ("proposer", "--set", "drivelm.gguf.decoding=free"),
+            "--set drivelm.gguf.decoding: it makes the row 'LM-Direct, free'",
+        ),
+        (("proposer", "--set", "drivelm.gguf.threads=0"), "--set drivelm: Expected `int` >= 1 - at `$.gguf.threads`"),
         (("results", "--set", "arbiter.profile=nosuch"), "--set arbiter.profile nosuch: No such file or directory; "),
     ],
 )
@@ -65,3 +79,12 @@ def test_a_place_that_cannot_be_written_to_is_named(tmp_path: Path, capsys: pyte
     (file := tmp_path / "file").touch()
     assert run(["evaluate", "delta", "--quick", "--out", str(file)]) == 2
     assert f"runs cannot go into {file}/runs: Not a directory" in capsys.readouterr().err
+
+
+def test_a_cassette_without_answers_of_a_rows_backend_is_refused_before_anything_is_driven(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write(file := tmp_path / "answers.jsonl", [Line(backend="gguf:free:some", prompt="x")])
+    asked = ["proposer", "--quick", "--method", "LM-Direct, forms", "--answers", str(file), "--out", str(tmp_path)]
+    assert run(["evaluate", *asked]) == 2
+    assert "it has no answers of gguf:forms, by which LM-Direct, forms is driven" in capsys.readouterr().err
