@@ -36,6 +36,8 @@ class Source(Protocol):
 
     name: str
     """Backend and model."""
+    recorded_as: str
+    """The same in a cassette."""
     method: str
     sees: bool
     """Whether a picture goes to it."""
@@ -61,9 +63,9 @@ class Generator(Protocol):
 
 
 class Extractive:
-    """The reader without a language model."""
+    """The reader without a language model. It goes by the name of the front end, whatever sensors that has."""
 
-    method, sees = EXTRACTED, False
+    recorded_as, method, sees = "embedded", EXTRACTED, False
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -79,7 +81,8 @@ class Generated:
     method = GENERATED
 
     def __init__(self, generator: Generator) -> None:
-        self.name, self.sees, self._generator = generator.name, generator.sees, generator
+        self.name = self.recorded_as = generator.name
+        self.sees, self._generator = generator.sees, generator
 
     def answer(self, asked: Asked, prompt: str, picture: Picture | None) -> Heard:
         """What the model says; a model that sees and has no picture yet says nothing."""
@@ -94,7 +97,12 @@ class Recorded:
     """Another source, of which all answers go into a cassette; what is in it already is not asked again."""
 
     def __init__(self, source: Source, recording: Recording) -> None:
-        self.name, self.method, self.sees = source.name, source.method, source.sees
+        self.name, self.recorded_as, self.method, self.sees = (
+            source.name,
+            source.recorded_as,
+            source.method,
+            source.sees,
+        )
         self._source, self._recording = source, recording
 
     def answer(self, asked: Asked, prompt: str, picture: Picture | None) -> Heard:
@@ -104,7 +112,7 @@ class Recorded:
         if line is None:
             text, score, took_ms = self._source.answer(asked, prompt, picture)
             said = Line(
-                backend=self.name, prompt=sha, text=text, score=score, took_ms=took_ms, context=asked.context, query=asked.query,
+                backend=self.recorded_as, prompt=sha, text=text, score=score, took_ms=took_ms, context=asked.context, query=asked.query,
                 passages=asked.passages, tools=asked.tools, sees=self.sees,
             )  # fmt: skip
             line = self._recording.add(said)
@@ -116,8 +124,9 @@ class Played:
 
     method = PLAYED
 
-    def __init__(self, played: Cassette) -> None:
-        self.name, self.sees, self._played = played.backend, played.sees, played
+    def __init__(self, played: Cassette, name: str = "") -> None:
+        self.name = name if played.backend == Extractive.recorded_as else played.backend
+        self.recorded_as, self.sees, self._played = played.backend, played.sees, played
 
     def answer(self, asked: Asked, prompt: str, picture: Picture | None) -> Heard:
         """The answer in the cassette. Raises ToolFailed where there is none: another abstention than the model's would be made up."""
@@ -125,7 +134,7 @@ class Played:
         line = self._played.find(sha)
         if line is None:
             raise ToolFailed(
-                f"the cassette {self._played.file} has no answer of {self.name} to the prompt {sha[:12]}..",
+                f"the cassette {self._played.file} has no answer of {self.recorded_as} to the prompt {sha[:12]}..",
                 do="record it: the same command with --record-answers",
             )
         return Heard(line.text, line.score, line.took_ms)
@@ -157,9 +166,9 @@ def source_of(config: DrivelmConfig, template: Prompt, eyes: object, name: str) 
         raise ConfigError("drivelm.answers.record and drivelm.answers.play are both set; one will do")
     try:
         if answers.play:
-            return Played(_played(Path(answers.play), answers.model, kind_of(config)))
+            return Played(_played(Path(answers.play), answers.model, kind_of(config)), name)
         source = _asked(config, template, eyes, name)
-        return Recorded(source, Recording(Path(answers.record), source.name)) if answers.record else source
+        return Recorded(source, Recording(Path(answers.record), source.recorded_as)) if answers.record else source
     except UserError as error:
         raise error if isinstance(error, ConfigError) else ConfigError(f"drivelm.answers: {error}") from None
 
