@@ -18,6 +18,7 @@ from hypothesis import strategies as st
 from drivemcp.errors import UserError
 from drivemcp.files.bus_description import load_description
 from drivemcp.files.can_logs.log import CanLog
+from evaluation.baselines.direct.cassette import read as read_cassette
 from services.perception.detect.detector import DetectorError
 from services.perception.detect.loading import load_detector
 from services.player.position_track import read_track
@@ -134,6 +135,9 @@ CLML = (
     '<Legislation><Primary><Body><P1 id="section-1"><Pnumber>1</Pnumber><P1para><Text>At most</Text><P2 Status="Repealed"><Pnumber>1'
     "</Pnumber><P2para><Text>60</Text></P2para></P2></P1para></P1></Body></Primary></Legislation>"
 )
+CASSETTE = (
+    '{"cassette":1}\n' + '{"backend":"b:1","prompt":"00","text":"Stop.","score":0.5,"took_ms":9.5,"tools":["t"]}\n' * 3
+)
 TARGETS = {
     "asc": Target("a.asc", (ASC.format("hex", "absolute"), ASC.format("dec", "relative")), read_can),
     "candump": Target("a.log", (CANDUMP,), read_can),
@@ -147,6 +151,8 @@ TARGETS = {
     "open-meteo": Target("a.json", (OPEN_METEO,), read_weather(open_meteo.read)),
     "met norway": Target("a.json", (MET_NORWAY,), read_weather(met_norway.read)),
     "detector": Target("a.onnx", ("", "version https://git-lfs\n", "<html>"), load_detector),
+    "cassette": Target("a.jsonl", (CASSETTE,), read_cassette),
+    "compressed cassette": Target("a.jsonl.gz", (CASSETTE,), read_cassette),
     "drivelm": Target("a.json", (DRIVELM,), read_answers),
     "submission": Target("a.json", (SUBMISSION,), read_submission),
     "statute": Target("a.xml", (AKN, CLML), read_statute),

@@ -10,7 +10,7 @@ import gzip
 import zlib
 from collections.abc import Iterable
 from pathlib import Path
-from typing import IO
+from typing import IO, Annotated
 
 import msgspec
 
@@ -18,6 +18,8 @@ from drivemcp.errors import MALFORMED, UserError
 from evaluation.baselines.direct.template import Asked
 
 VERSION = 1
+MOST_MS = 600_000.0
+"""No answer takes longer."""
 
 
 class Line(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True, forbid_unknown_fields=True):
@@ -29,8 +31,8 @@ class Line(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True, forbid
     """SHA-256 of the whole prompt, and of the picture that went with it."""
     text: str = ""
     """Empty: an abstention."""
-    score: float = 0.0
-    took_ms: float = 0.0
+    score: Annotated[float, msgspec.Meta(ge=0, le=1)] = 0.0
+    took_ms: Annotated[float, msgspec.Meta(ge=0, le=MOST_MS)] = 0.0
     context: str = ""
     query: str = ""
     passages: tuple[str, ...] = ()

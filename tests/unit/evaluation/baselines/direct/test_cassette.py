@@ -21,7 +21,7 @@ from evaluation.baselines.direct.answer_sources import (
     source_of,
     template_of,
 )
-from evaluation.baselines.direct.cassette import Cassette, Line, Recording, model_of, read, write
+from evaluation.baselines.direct.cassette import MOST_MS, Cassette, Line, Recording, model_of, read, write
 from evaluation.baselines.direct.template import Asked, filled, load
 from evaluation.baselines.direct.whole_prompts import answered
 from services.drivelm.backends.config import AnswersConfig
@@ -93,7 +93,7 @@ def test_with_a_model_that_sees_the_picture_counts_and_without_one_nothing_is_re
 LINES = st.lists(
     st.builds(
         Line, backend=st.just("b:1"), prompt=st.text(max_size=9), text=st.text(max_size=40), score=st.floats(0, 1),
-        took_ms=st.floats(0, 1e6), context=st.text(max_size=40), passages=st.tuples(st.text(max_size=9)),
+        took_ms=st.floats(0, MOST_MS), context=st.text(max_size=40), passages=st.tuples(st.text(max_size=9)),
     )
 )  # fmt: skip
 
@@ -110,7 +110,15 @@ def test_a_file_holds_what_was_written_whether_or_not_it_is_compressed(
 
 
 @pytest.mark.parametrize(
-    "content", [b"", b"{}\n", b'{"cassette": 2}\n', b'{"cassette": 1}\n{"prompt": 1}\n', b"\xff\n"]
+    "content",
+    [
+        b"",
+        b"{}\n",
+        b'{"cassette": 2}\n',
+        b'{"cassette": 1}\n{"prompt": 1}\n',
+        b'{"cassette":1}\n{"backend":"b","prompt":"","took_ms":1e99}\n',
+        b"\xff\n",
+    ],
 )
 def test_what_is_no_cassette_is_refused_by_name(tmp_path: Path, content: bytes) -> None:
     (file := tmp_path / "broken.jsonl").write_bytes(content)
