@@ -222,11 +222,12 @@ def kind_of_answers(spec: RunSpec) -> str:
 
 
 def made_with(spec: RunSpec) -> str:
-    """The backend that makes the run's advice: of methods that answer prompts the one that does, the recorded one by its whole name."""
+    """The backend that makes the run's advice: of methods that answer prompts the one that does, a recorded one by model and digest."""
     if not answers_prompts(spec):
         return backend_of(spec)
     recorded = spec.settings.get("drivelm", {}).get("answers", {}).get("model", "")
-    return recorded if recorded and generator_of(spec) != "embedded" else generator_of(spec)
+    named = recorded.partition(" ")[0]
+    return named if named and generator_of(spec) != "embedded" else generator_of(spec)
 
 
 def noted(note: str, spec: RunSpec) -> str:
