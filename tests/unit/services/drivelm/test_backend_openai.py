@@ -54,6 +54,21 @@ def test_token_probabilities_of_another_text_are_not_taken() -> None:
     assert _asked(lambda asked, handler: send(handler, body)).score == UNMEASURED
 
 
+def test_a_whole_prompt_goes_without_a_picture_where_that_is_set_and_never_without_one_else() -> None:
+    with chat_server(says("Drive at most 60 km/h.", logprob=-0.01)) as server:
+        blind = _backend(server, pictures=False)
+        assert not blind.sees
+        assert blind.free(PICTURE, "How fast?")[0] == "Drive at most 60 km/h."
+        assert blind.free(None, "How fast?") == blind.free(PICTURE, "How fast?")
+        assert {len(asked.body["messages"][0]["content"]) for asked in server.asked} == {1}
+        assert server.asked[0].body["messages"][0]["content"][0] == {"type": "text", "text": "How fast?"}
+        blind.answer([PICTURE], SIGN)
+        assert np.array_equal(server.asked[-1].picture, PICTURE), "a question about a picture goes with it"
+        count = len(server.asked)
+        assert _backend(server).free(None, "How fast?") == ("", 0.0)
+        assert len(server.asked) == count
+
+
 def test_the_request_carries_picture_prompt_key_and_bounds(tmp_path: Path) -> None:
     (tmp_path / "key").write_text("secret-123\n")
     with chat_server(says(EIGHTY)) as server:
