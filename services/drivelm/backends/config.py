@@ -60,6 +60,7 @@ class GgufConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     timeout_s: Seconds = 10.0
     """For a whole answer, the reading of the prompt included; what is unfinished is an abstention."""
     max_tokens: Tokens = 48
+    """Of an answer; one that goes on is an abstention."""
     context: Annotated[int, msgspec.Meta(ge=256, le=131_072)] = 4096
     """Tokens of prompt and answer together; a longer prompt is an abstention."""
     seed: Annotated[int, msgspec.Meta(ge=0, lt=2**32)] = 0
