@@ -20,7 +20,7 @@ from services.orchestrator.observations.inputs import Method, Observations
 from services.orchestrator.state import State
 
 EXPERT_QUERIES: Mapping[str, str] = {
-    "overspeed": "Is the ego vehicle faster than the speed limit?",
+    "overspeed": "The ego vehicle is faster than the speed limit: how fast may it drive?",
     "vehicle_fault": "Is something wrong with the car?",
     "low_friction": "Is the grip of the road low?",
 }
