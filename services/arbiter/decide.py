@@ -269,7 +269,7 @@ def _held(inputs: Inputs) -> bool:
 
 def _warns_first(weighed: Weighed, state: ArbiterState, inputs: Inputs, profile: Profile) -> bool:
     """Whether the driver has not been warned for long enough, and there is time for it."""
-    if inputs.filter != FULL:
+    if _suggests(inputs) is not None:
         return False
     warned = state.warned_ns is not None and state.run_ns - state.warned_ns >= profile.act_warned_s * 1e9
     return not warned and not is_surely_last_moment(weighed.case, inputs.permission, profile)

@@ -2,7 +2,7 @@
 
 import msgspec
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 
 from drivemcp.config import ServiceConfig
 from drivemcp.errors import ConfigError
@@ -50,7 +50,7 @@ def test_unsure_advice_is_passed_on_once_and_by_the_talkative_always() -> None:
     assert kinds("talkative") == ["SPEAK", "SPEAK"]
 
 
-@FEW
+@settings(max_examples=1000, deadline=None)
 @given(asked=requests())
 def test_the_talkative_brakes_exactly_when_the_full_arbiter_does(asked: ArbitrationRequest) -> None:
     full, other = (decide(asked, mirror(asked, filter=each), CALIBRATED) for each in ("full", "talkative"))
