@@ -12,5 +12,5 @@ def test_a_registered_name_is_loaded() -> None:
 
 
 def test_an_unknown_name_is_refused_with_the_setting_and_the_names_that_there_are() -> None:
-    with pytest.raises(ConfigError, match=r"orchestrator\.method = nosuch: .*'direct', 'silent'"):
+    with pytest.raises(ConfigError, match=r"orchestrator\.method = nosuch: .*'direct', 'proposer', 'silent'"):
         registered("drivemcp.advisors", "nosuch", "orchestrator.method")
