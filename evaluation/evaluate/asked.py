@@ -11,12 +11,14 @@ import msgspec
 from app.drive.precheck import check_services, check_settings
 from drivemcp.config import settings_of
 from drivemcp.errors import UserError
+from drivemcp.files.models import digest_of
 from evaluation.baselines.direct import cassette
 from evaluation.campaign import published
 from evaluation.campaign.names import PROPOSER, QUICK_S, TABLES, TableName
 from evaluation.campaign.plan import FIXED, Amount, Row, as_asked, latencies_of, rows_of, with_settings
 from evaluation.campaign.published import Line
 from evaluation.report.plots import figure_of
+from evaluation.run.behaviour import behaviour
 from evaluation.run.host import NOT_NEEDED
 from evaluation.run.methods import (
     ABLATIONS,
@@ -44,6 +46,14 @@ def rows(name: TableName, flags: argparse.Namespace) -> Iterator[Row]:
         spec = by_language_model(row.spec, flags.language_model or "gguf")
         if spec is not None and (not flags.method or row.spec.method in flags.method):
             yield msgspec.structs.replace(row, spec=answers(as_asked(spec, latencies, flags.set)))
+
+
+def cassette_of(flags: argparse.Namespace) -> str:
+    """The recorded answers by name and digest, and the behaviour that they belong to; empty: none drive the runs."""
+    if not flags.answers:
+        return ""
+    file = Path(flags.answers)
+    return f"{file.name}, SHA-256 {digest_of(file)[:16]}, at behaviour {behaviour()}"
 
 
 def answers_of(flags: argparse.Namespace) -> Callable[[RunSpec], RunSpec]:

@@ -205,7 +205,14 @@ def _write(
 ) -> None:
     measured = latencies_of(flags.latencies)
     latencies = measured.told() if measured is not None else "fixed, 4 ms a call"
-    told = report.about(tables, asked.command_line(flags), quick=flags.quick, latencies=latencies, published=taken)
+    told = report.about(
+        tables,
+        asked.command_line(flags),
+        quick=flags.quick,
+        latencies=latencies,
+        published=taken,
+        cassette=asked.cassette_of(flags),
+    )
     files.write(folder, tables)
     write_whole(folder / REPORT, report.html(tables, told, store.folder, folder).encode())
     if flags.docs:

@@ -59,7 +59,9 @@ def write(file: Path, tables: Sequence[Table], about: About, held: Sequence[str]
             picture = folder / f"{re.sub('[^a-z0-9]+', '-', title.lower()).strip('-')}.svg"
             write_whole(picture, svg.encode())
             pictures.setdefault(table.name, []).append((title, f"{folder.name}/{picture.name}"))
-    write_whole(file, page(tables, about, reading, pictures, yardsticks(file.parent), held).encode())
+    write_whole(
+        file, page(tables, about, reading, pictures, "" if about.cassette else yardsticks(file.parent), held).encode()
+    )
 
 
 def reading_of(file: Path) -> str:

@@ -62,6 +62,8 @@ class About(msgspec.Struct, frozen=True, kw_only=True):
     """Which modelled latencies calls took: fixed ones, or measured where."""
     published: str = ""
     """Which runs were taken from a file of published ones; empty: none was named."""
+    cassette: str = ""
+    """Name, digest and behaviour of the recorded answers that drove the runs; empty: no cassette. The page then names no machine."""
 
 
 GONE = "its log is gone; to drive it again delete its folder"
@@ -104,7 +106,9 @@ class Behind(NamedTuple):
             return f"<p>No picture: {escape(str(folder / LOG))}: {escape(str(error))}</p>"
 
 
-def about(tables: Sequence[Table], command: str, *, quick: bool, latencies: str, published: str = "") -> About:
+def about(
+    tables: Sequence[Table], command: str, *, quick: bool, latencies: str, published: str = "", cassette: str = ""
+) -> About:
     """Sums over all runs, each counted once."""
     runs = {
         run.key or (table.name, row.row.key, run.number): run  # a row that adapts has no keys yet where it has not come to
@@ -117,6 +121,7 @@ def about(tables: Sequence[Table], command: str, *, quick: bool, latencies: str,
         km=sum(each.metrics.get("distance_m") or 0.0 for each in kept) / 1000,
         backend=", ".join(dict.fromkeys(row.backend for table in tables for row in table.rows)),
         sensors=", ".join(dict.fromkeys(table.sensors for table in tables)), latencies=latencies, published=published,
+        cassette=cassette,
     )  # fmt: skip
 
 

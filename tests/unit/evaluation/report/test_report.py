@@ -169,6 +169,20 @@ def test_a_page_shows_its_plots_and_is_the_same_for_the_same_numbers(tmp_path: P
     assert {path: (tmp_path / path).read_bytes() for path in pictures} == pictures
 
 
+def test_the_page_of_recorded_answers_has_the_same_bytes_on_another_machine_at_another_commit(tmp_path: Path) -> None:
+    tables, file = [table("proposer", made_run)], tmp_path / "language-model.md"
+    (tmp_path / "guard.md").write_text("| a yardstick |\n", encoding="utf-8")
+    here = msgspec.structs.replace(told(tables), cassette="answers.jsonl.gz, SHA-256 0123")
+    there = msgspec.structs.replace(here, machine="elsewhere", commit="fedcba", wall_s=here.wall_s + 60.0)
+    pages = []
+    for each in (here, there):
+        write(file, tables, each)
+        pages.append(file.read_bytes())
+    assert pages[0] == pages[1]
+    assert b"driven by the recorded answers of answers.jsonl.gz" in pages[0]
+    assert b"yardstick" not in pages[0]
+
+
 def test_what_is_written_between_the_marks_stays_and_all_else_is_made_anew(tmp_path: Path) -> None:
     tables, file = [table("delta", lambda row, number: kept())], tmp_path / "results.md"
     write(file, tables, told(tables))
