@@ -9,19 +9,24 @@ family of questions, how many it answers and how many not.
 import argparse
 import sys
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import msgspec
 
+from drivemcp.errors import ToolFailed, UserError
 from proto.scene import SceneGraph
 from services.drivelm.graph.answering import ask
 from services.drivelm.graph.templates import recognise
 from studies.gvqa.drivelm_json import from_drivelm
 from studies.gvqa.files import SUBMITTED, Row, load, questions_only, rows
 from studies.gvqa.json_fields import UnreadableGraph, as_object, field
+from studies.gvqa.language_model import answers_by
 from studies.output import Sheet, add_json, show
+
+Answers = Callable[[SceneGraph, str], str]
+"""From a scene and a question to an answer; empty: an abstention."""
 
 
 class Answered(NamedTuple):
@@ -33,10 +38,10 @@ class Answered(NamedTuple):
     answer: str
 
 
-def answers(document: object, *, black: bool = False) -> list[Answered]:
+def answers(document: object, *, black: bool = False, by: Answers | None = None) -> list[Answered]:
     """An answer or none to each question of a file, whether it holds answers or not. Raises ``UnreadableGraph``.
 
-    `black`: the objects of the file are left out as well.
+    `black`: the objects of the file are left out as well. `by`: what answers in place of the embedded backend.
     """
     document = questions_only(document)
     hidden: dict[str, Any] = {"qa": (), "description": "", **({"objects": ()} if black else {})}
@@ -45,16 +50,20 @@ def answers(document: object, *, black: bool = False) -> list[Answered]:
         for name, scene in from_drivelm(document).items()
         for key, graph in scene.frames.items()
     }
-    return [_answer(row, graphs) for row in rows(document)]
+    return [_answer(row, graphs, by or embedded) for row in rows(document)]
 
 
-def _answer(row: Row, graphs: Mapping[tuple[str, str], SceneGraph]) -> Answered:
+def embedded(graph: SceneGraph, question: str) -> str:
+    """The embedded backend's answer; empty: it abstains."""
+    found = ask(graph, question)
+    return found.text if found.score > 0 else ""
+
+
+def _answer(row: Row, graphs: Mapping[tuple[str, str], SceneGraph], by: Answers) -> Answered:
     place, asked = row.place, recognise(row.place.question)
-    found = ask(graphs[place.scene, place.frame], place.question)
+    said = by(graphs[place.scene, place.frame], place.question)
     number = f"{place.scene}_{place.frame}_{row.number}"
-    return Answered(
-        number, place.question, asked.family if asked else "other forms", found.text if found.score > 0 else ""
-    )
+    return Answered(number, place.question, asked.family if asked else "other forms", said)
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -66,13 +75,17 @@ def main(arguments: Sequence[str]) -> int:
         "--submission", type=Path, metavar="FILE.json",
         help=f"a JSON object with {', '.join(SUBMITTED)}: OUT.json becomes the challenge's submission",
     )  # fmt: skip
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="KEY=VALUE",
+        help="a setting of drivelm: prompt_backend=gguf asks a language model; answers.record=FILE, answers.play=FILE keep and play answers",
+    )  # fmt: skip
     parser.add_argument("--black", action="store_true", help="answer without the file's objects: the control")
     add_json(parser)
     flags = parser.parse_args(arguments)
     try:
-        found = answers(load(flags.file), black=flags.black)
+        found = answers(load(flags.file), black=flags.black, by=answers_by(flags.set) if flags.set else None)
         by = _submitter(flags.submission) if flags.submission else None
-    except UnreadableGraph as error:
+    except (UnreadableGraph, UserError, ToolFailed) as error:
         sys.stderr.write(f"studies.gvqa.answer: {error}\n")
         return 2
     flags.out.write_bytes(as_challenge(found, by))

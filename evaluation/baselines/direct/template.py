@@ -49,9 +49,9 @@ class Prompt(NamedTuple):
     sha256: str
 
 
-def load(name: str = INSTRUCTION) -> Prompt:
-    """A template by its file's name. Raises OSError or msgspec.ValidationError."""
-    template = msgspec.toml.decode(Path(__file__).with_name(name).read_bytes(), type=Template)
+def load(name: str | Path = INSTRUCTION) -> Prompt:
+    """A template by its file's name here, or by its whole path. Raises OSError or msgspec.ValidationError."""
+    template = msgspec.toml.decode((Path(__file__).parent / name).read_bytes(), type=Template)
     shown = (
         _case(template, Asked(each.context, each.query, each.passages, each.tools)) + f" {each.answer}\n\n"
         for each in template.examples

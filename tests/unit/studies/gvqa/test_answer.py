@@ -1,14 +1,17 @@
 """The embedded backend's answers to a file: from its objects alone, in the challenge's form, abstentions told."""
 
 import json
+import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from evaluation.baselines.direct.cassette import read
 from studies.gvqa.answer import answers, main
 from studies.gvqa.command import main as score
 from tests.shared import SHARED
+from tests.unit.services.drivelm import llama_stand_in
 
 ANNOTATED = SHARED / "data" / "street" / "sequence" / "gvqa.json"
 TAG = "<c1,CAM_FRONT,10.0,10.0>"
@@ -31,6 +34,23 @@ def test_the_annotated_answers_are_not_looked_at() -> None:
 
 def test_nothing_is_answered_of_a_black_picture() -> None:
     assert [one.answer for one in answers(_file(), black=True)] == ["", "", ""]
+
+
+def test_a_language_model_answers_by_the_scene_in_words(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(sys.modules, "llama_cpp", llama_stand_in.module())
+    llama_stand_in.write(model := tmp_path / "tiny.gguf", {":": "S", "S": "t", "t": "o", "o": "p", "p": "."})
+    (file := tmp_path / "file.json").write_text(json.dumps(_file()))
+    out, kept = tmp_path / "out.json", tmp_path / "kept.jsonl"
+    asks = ["--set", "prompt_backend=gguf", "--set", f"gguf.file={model}", "--set", "gguf.context=32768"]
+    assert main([str(file), str(out), *asks, "--set", f"answers.record={kept}"]) == 0
+    assert [one["answer"] for one in json.loads(out.read_text())] == ["Stop."] * 3
+    assert {line.context for line in read(kept)} == {f"{TAG}: Red car, to the front, moving."}
+    monkeypatch.delitem(sys.modules, "llama_cpp")
+    assert main([str(file), str(out), "--set", "prompt_backend=gguf", "--set", f"answers.play={kept}"]) == 0
+    assert main([str(file), str(out), "--set", "prompt_backend=gguf", "--set", f"answers.play={kept}", "--black"]) == 2
+    assert "has no answer" in capsys.readouterr().err
 
 
 def test_the_command_writes_answers_that_the_scorer_takes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
