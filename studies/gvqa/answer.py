@@ -77,7 +77,7 @@ def main(arguments: Sequence[str]) -> int:
     )  # fmt: skip
     parser.add_argument(
         "--set", action="append", default=[], metavar="KEY=VALUE",
-        help="a setting of drivelm: prompt_backend=gguf asks a language model; answers.record=FILE, answers.play=FILE keep and play answers",
+        help="a setting of drivelm: prompt_backend=gguf asks a model; answers.record=FILE keeps its answers, answers.play=FILE plays them",
     )  # fmt: skip
     parser.add_argument("--black", action="store_true", help="answer without the file's objects: the control")
     add_json(parser)
