@@ -124,7 +124,7 @@ STATUS: dict[trust.Standing, int] = {"known": 0, "unknown": 3, "changed since": 
 
 
 def _trust(flags: argparse.Namespace) -> int:
-    path, key = _trust_file(flags.trust), _public_key(flags.key)
+    path, key = _trust_file(flags.trust), _public_key(flags.key, "HEX|FILE")
     try:
         trust.add(path, trust.Trusted(public_key=key, vehicle=flags.vehicle, note=flags.note))
     except ValueError as error:
@@ -295,13 +295,13 @@ def gone_files(names: Sequence[str], memory: str | None = None) -> list[str]:
     ]
 
 
-def _public_key(given: str | None) -> str:
+def _public_key(given: str | None, argument: str = "--key") -> str:
     """The key as hex, from itself or from a file; empty where none was given."""
     if given is None:
         return ""
     key = given if _HEX.fullmatch(given) else _file_text(Path(given))
     if not _HEX.fullmatch(key):
-        raise UserError(f"--key takes 64 hex digits or a file with them, such as {signing.PUBLIC_NAME}")
+        raise UserError(f"{argument} takes 64 hex digits or a file with them, such as {signing.PUBLIC_NAME}")
     return key.lower()
 
 

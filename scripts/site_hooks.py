@@ -13,7 +13,8 @@ LINK = re.compile(r"\[([^\]]*)\]\((?!#|[a-z]+:)([^)#\s]+)(#[^)\s]*)?\)")
 def on_nav(nav: Any, **_: Any) -> Any:
     """The sections as `docs/index.md` lists them. Raises ValueError on a section without a place in the order."""
     for item in nav.items:
-        item.title = TITLES.get(item.title, item.title)
+        if item.is_section:
+            item.title = TITLES.get(item.title, item.title)
     nav.items.sort(key=lambda item: ORDER.index(item.file.src_uri if item.is_page else item.title))
     return nav
 

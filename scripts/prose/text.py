@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-FENCE = re.compile(r"^\s*(```|~~~)")
+FENCE = re.compile(r"^\s*(?P<marks>`{3,}|~{3,})(?P<info>.*)$")
 BLOCK = re.compile(r"^\s*([-*+>]|\d+\.|#+)\s+")
 END = re.compile(r"(?<=[.!?:;])\s+(?=[A-Z*`\"(\[])")
 
@@ -20,21 +20,32 @@ class Sentence(NamedTuple):
 
 def of_page(text: str) -> Iterator[Sentence]:
     """The sentences of a Markdown page, without code blocks; each cell of a table is a paragraph."""
-    fenced, begun = False, 0
+    fence, begun = "", 0
     paragraph: list[str] = []
+    text = re.sub(r"<!--.*?-->", lambda comment: "\n" * comment[0].count("\n"), text, flags=re.DOTALL)
     for number, line in enumerate([*text.splitlines(), ""], 1):
-        if FENCE.match(line):
-            fenced = not fenced
-        table = line.startswith("|")
-        if fenced or FENCE.match(line) or not line.strip() or table or BLOCK.match(line) or line.startswith("<!--"):
+        mark = FENCE.match(line)
+        opens, closes = bool(mark and not fence), bool(mark and fence and _closes(mark, fence))
+        hidden = bool(fence) or opens
+        if mark and opens:
+            fence = mark["marks"]
+        elif closes:
+            fence = ""
+        table = not hidden and line.lstrip().startswith("|")
+        if hidden or not line.strip() or table or BLOCK.match(line):
             yield from _sentences(" ".join(paragraph), begun)
             paragraph = []
         if table:
             for cell in re.split(r"(?<!\\)\|", line):
                 yield from _sentences(cell, number)
-        elif line.strip() and not fenced and not FENCE.match(line) and not line.startswith("<!--"):
+        elif line.strip() and not hidden:
             begun = begun if paragraph else number
             paragraph.append(BLOCK.sub("", line).strip())
+
+
+def _closes(mark: re.Match[str], fence: str) -> bool:
+    """A fence ends by at least as many of its own marks, alone on their line."""
+    return mark["marks"].startswith(fence) and not mark["info"].strip()
 
 
 def of_code(text: str) -> Iterator[Sentence]:

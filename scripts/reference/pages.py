@@ -10,6 +10,7 @@ GENERATED: Mapping[str, str] = MappingProxyType(
         "services": "scripts.reference.tables:services",
         "tools": "scripts.reference.tools:tools",
         "settings": "scripts.reference.settings:settings",
+        "health-indicators": "scripts.reference.health:health",
         "events": "scripts.reference.tables:events",
         "message-kinds": "scripts.reference.tables:kinds",
         "arbiter-constants": "scripts.reference.tables:constants",

@@ -32,6 +32,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 1
     os.chdir(ROOT)
     out = Path(flags.out).resolve()
+    if not checks.may_be_emptied(out, ROOT, SUMS):
+        say(f"refused: {out} holds what no release made, and would be deleted; name another folder")
+        return 1
     shutil.rmtree(out, ignore_errors=True)
     out.mkdir(parents=True)
     try:

@@ -32,6 +32,15 @@ def refusals(root: Path) -> Iterator[str]:
         yield f"the tag v{version} is at {tagged[:12]}, and not here"
 
 
+def may_be_emptied(out: Path, root: Path, sums: str) -> bool:
+    """Whether a release may delete what lies here: nothing, the default folder, or the files of a release."""
+    return (
+        out == root / "dist"
+        or not out.exists()
+        or (out.is_dir() and ((out / sums).is_file() or not any(out.iterdir())))
+    )
+
+
 def git(root: Path, *arguments: str, missing: str | None = None) -> str:
     """What git prints; `missing` where git fails and `missing` is given, else raises CalledProcessError."""
     ran = subprocess.run(["git", "-C", root, *arguments], capture_output=True, text=True, check=missing is None)

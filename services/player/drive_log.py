@@ -138,9 +138,9 @@ def _records(file: Path) -> Iterator[Logged]:
                     yield Logged(names[record.channel_id], record.publish_time, record.data)
     except OSError as error:
         raise UserError(f"cannot read {file}: {error.strerror}") from None
-    except (McapError, EOFError, struct.error, ValueError) as error:
+    except (McapError, EOFError, struct.error, ValueError):
         if not read:
-            raise UserError(f"{file} is no MCAP file: {error}") from None
+            raise UserError(f"{file} is no MCAP file") from None
 
 
 def _is_ours(name: str, schema: str) -> bool:

@@ -304,3 +304,10 @@ def test_json_says_the_same(closed_log: Path, capsys: pytest.CaptureFixture[str]
     said = msgspec.json.decode(capsys.readouterr().out)
     assert said["files"][0]["messages"] == 12
     assert said["files"][0]["first_bad"] is None
+
+
+def test_a_key_to_trust_that_is_none_is_named_as_the_argument_is(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["audit", "trust", str(tmp_path / "gone")]) == 2
+    assert _complaint(capsys).startswith("drivemcp: HEX|FILE takes 64 hex digits")

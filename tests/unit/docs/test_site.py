@@ -87,3 +87,9 @@ def test_its_search_finds_and_no_other_host_is_asked(address: str) -> None:
         page.wait_for_load_state("networkidle")
     assert asked
     assert [url for url in asked if not url.startswith((address, "blob:", "data:"))] == []
+
+
+def test_every_tab_has_a_name(site: Path) -> None:
+    assert ">None<" not in " ".join((site / "index.html").read_text(encoding="utf-8").split()).replace(
+        "> ", ">"
+    ).replace(" <", "<")

@@ -86,3 +86,20 @@ def test_words_by_hand_are_counted_without_generated_pages(capsys: pytest.Captur
     names = {path.name for path in prose.pages()}
     assert "architecture.md" in names
     assert not {"topics.md", "results.md", "CHANGELOG.md"} & names
+
+
+@pytest.mark.parametrize(
+    "hidden",
+    [
+        "````md\n```sh\nWho runs it\n```\nWho is inside?\n````",
+        "~~~\n```\nWho runs it\n~~~",
+        "<!-- one\nWho comments\n-->",
+        "```sh\r\nWho runs it\r\n```",
+    ],
+)
+def test_code_within_fences_of_any_length_and_comments_are_no_sentences(hidden: str) -> None:
+    assert [each.text for each in of_page(f"Before.\n\n{hidden}\n\nAfter.\n")] == ["Before.", "After."]
+
+
+def test_an_indented_table_is_read_cell_by_cell() -> None:
+    assert [each.text for each in of_page("  | a | b |\n")] == ["a", "b"]

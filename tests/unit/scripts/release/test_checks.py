@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from scripts.release.checks import notes, refusals, version_of
+from scripts.release.checks import may_be_emptied, notes, refusals, version_of
 
 ROOT = Path(__file__).parents[4]
 CHANGELOG = "# Changelog\n\n## [Unreleased]\n\n- later\n\n## [1.2.3] - 2026-01-31\n\n### Added\n\n- this\n\n## [1.2.30]\n\n- other\n"
@@ -70,3 +70,14 @@ def test_no_other_file_states_the_version() -> None:
         capture_output=True, text=True, check=False,
     ).stdout.split()  # fmt: skip
     assert stated == ["pyproject.toml"]
+
+
+def test_a_release_empties_no_folder_that_no_release_made(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    assert may_be_emptied(out, tmp_path, "SHA256SUMS")
+    out.mkdir()
+    assert may_be_emptied(out, tmp_path, "SHA256SUMS")
+    (out / "thesis.tex").write_text("years of work")
+    assert not may_be_emptied(out, tmp_path, "SHA256SUMS")
+    (out / "SHA256SUMS").write_text("")
+    assert may_be_emptied(out, tmp_path, "SHA256SUMS")
