@@ -10,6 +10,7 @@ from typing import Any
 
 import msgspec
 
+from evaluation.baselines.direct.cassette import kind_of
 from evaluation.run.spec import RunSpec
 from evaluation.stand_ins.kinds import StandIn
 
@@ -177,7 +178,7 @@ ABLATIONS = _by_label(
     Method(
         label="No silence",
         settings={"arbiter": {"filter": "talkative"}},
-        note="Ours: the message of every tick is spoken; braking is judged as ever.",
+        note="Ours: the message of every tick is spoken; braking is judged as in DriveMCP.",
     ),
     Method(
         label="No grounding guard",
@@ -217,8 +218,7 @@ def backend_of(spec: RunSpec) -> str:
 def kind_of_answers(spec: RunSpec) -> str:
     """What the names of its answers to whole prompts begin with in a cassette."""
     drivelm = spec.settings.get("drivelm", {})
-    decoding = drivelm.get("gguf", {}).get("decoding", "free")
-    return f"gguf:{decoding}" if generator_of(spec) == "gguf" else generator_of(spec)
+    return kind_of(generator_of(spec), drivelm.get("gguf", {}).get("decoding", "free"))
 
 
 def made_with(spec: RunSpec) -> str:

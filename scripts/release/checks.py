@@ -14,7 +14,7 @@ def version_of(root: Path) -> str:
 
 
 def notes(changelog: str, version: str) -> str:
-    """The changelog's section of a version, without its heading; empty where there is none."""
+    """The changelog's section of a version, without its heading; empty for a version without one."""
     heading = rf"^## \[{re.escape(version)}\][^\n]*\n"
     found = re.search(rf"{heading}(.*?)(?=^## \[|\Z)", changelog, re.MULTILINE | re.DOTALL)
     return found[1].strip() if found else ""

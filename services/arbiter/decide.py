@@ -292,8 +292,8 @@ def _braked_for(
     if own is None or ego is None:
         return None
     emergency = hard and not emergency_objections(weighed.case)
-    due = is_due(weighed.case, inputs.permission, profile)
-    return Suggested(own, ego) if due and (emergency or wants_act(weighed, state.adapted.delta)) else None
+    wanted = emergency or wants_act(weighed, state.adapted.delta)
+    return Suggested(own, ego) if weighed.case.due and wanted else None
 
 
 class _Said(NamedTuple):

@@ -43,7 +43,7 @@ class Source(Protocol):
     """Whether a picture goes to it."""
 
     def answer(self, asked: Asked, prompt: str, picture: Picture | None) -> Heard:
-        """The answer to a prompt, which was filled with `asked`. Raises ToolFailed where there is none to be had."""
+        """The answer to a prompt, which was filled with `asked`. Raises ToolFailed where the source cannot answer."""
         ...
 
 
@@ -129,7 +129,7 @@ class Played:
         self.recorded_as, self.sees, self._played = played.backend, played.sees, played
 
     def answer(self, asked: Asked, prompt: str, picture: Picture | None) -> Heard:
-        """The answer in the cassette. Raises ToolFailed where there is none: another abstention than the model's would be made up."""
+        """The answer in the cassette. Raises ToolFailed at a prompt without one: an abstention would not be the model's."""
         sha = digest(prompt, picture if self.sees else None)
         line = self._played.find(sha)
         if line is None:
@@ -148,12 +148,6 @@ def digest(prompt: str, picture: Picture | None) -> str:
     return found.hexdigest()
 
 
-def kind_of(config: DrivelmConfig) -> str:
-    """What the names of its answers begin with."""
-    wanted = config.prompt_backend or config.backend
-    return f"gguf:{config.gguf.decoding}" if wanted == "gguf" else wanted
-
-
 def template_of(config: DrivelmConfig) -> Prompt:
     """The template for the backend that answers."""
     return load(EXAMPLES if config.prompt_backend == "gguf" else INSTRUCTION)
@@ -166,7 +160,8 @@ def source_of(config: DrivelmConfig, template: Prompt, eyes: object, name: str) 
         raise ConfigError("drivelm.answers.record and drivelm.answers.play are both set; one will do")
     try:
         if answers.play:
-            return Played(_played(Path(answers.play), answers.model, kind_of(config)), name)
+            kind = cassette.kind_of(config.prompt_backend or config.backend, config.gguf.decoding)
+            return Played(_played(Path(answers.play), answers.model, kind), name)
         source = _asked(config, template, eyes, name)
         return Recorded(source, Recording(Path(answers.record), source.recorded_as)) if answers.record else source
     except UserError as error:

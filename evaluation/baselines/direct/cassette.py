@@ -69,8 +69,13 @@ def write(file: Path, lines: Iterable[Line]) -> None:
     file.write_bytes(gzip.compress(raw, mtime=0) if file.suffix == ".gz" else raw)
 
 
+def kind_of(backend: str, decoding: str) -> str:
+    """What the names of a backend's answers begin with (`gguf:forms`, `openai`)."""
+    return f"gguf:{decoding}" if backend == "gguf" else backend
+
+
 def model_of(lines: Iterable[Line], kind: str) -> str:
-    """The name of the one backend of a kind (`gguf:forms`, `openai`); empty: there is none. Raises UserError where there are two."""
+    """The name of the one backend of a kind (`gguf:forms`, `openai`); empty without an answer of it. Raises UserError on two."""
     names = sorted({each.backend for each in lines if each.backend.startswith(f"{kind}:") or each.backend == kind})
     if len(names) > 1:
         raise UserError(f"the cassette has answers of several backends of the kind {kind}: {', '.join(names)}")

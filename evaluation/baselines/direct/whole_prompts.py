@@ -22,7 +22,7 @@ from services.drivelm.service import Bindings
 
 
 def answered(asked: Asked, template: Prompt, source: Source, picture: Picture | None = None) -> PromptAnswer:
-    """The answer to a whole prompt and the advice in it; an abstention where there is none. Raises ToolFailed as the source does."""
+    """The answer to a whole prompt and the advice in it; an abstention where it holds no advice. Raises ToolFailed as the source does."""
     prompt = filled(template, asked)
     text, score, took_ms = source.answer(asked, prompt, picture)
     advice = advice_of(text)

@@ -1,1 +1,1 @@
-"""A proposer in place of our fusion: the experts answer as ever, and a whole prompt with their answers is what advice is made of."""
+"""A proposer in place of our fusion: the experts answer as under fusion, and the answer to one prompt is the advice."""

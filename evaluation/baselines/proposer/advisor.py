@@ -37,7 +37,7 @@ class ProposerSettings(DirectSettings, frozen=True, kw_only=True, forbid_unknown
 
 
 class Proposer(Tools):
-    """The experts are asked as ever, one prompt is answered with what they say, and the arbiter decides.
+    """The experts are asked as under fusion, one prompt is answered with what they say, and the arbiter decides.
 
     A driver's question goes to the tools.
     """

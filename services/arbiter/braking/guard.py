@@ -35,6 +35,8 @@ class Case(msgspec.Struct, frozen=True, kw_only=True):
     """Whether the driver was told to give way at a place that is still ahead: a vehicle from the side may count on that."""
     c_min: float
     profile: Profile
+    due: bool = False
+    """Whether braking may begin for that actor."""
 
 
 def case(
@@ -64,7 +66,8 @@ def case(
         for o in ours
         if abs(a.gap_m - o.gap_m) <= profile.act_disagree_m
     )
-    return max(pairs, key=lambda pair: (due(pair), *_risk(pair)), default=unpaired)
+    judged = (msgspec.structs.replace(pair, due=due(pair)) for pair in pairs)
+    return max(judged, key=lambda pair: (pair.due, *_risk(pair)), default=unpaired)
 
 
 def _risk(pair: Case) -> tuple[bool, float]:

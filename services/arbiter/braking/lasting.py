@@ -75,6 +75,8 @@ def _comes_unseen(case: Case, running: Intervention, run_ns: int, profile: Profi
 
     One that is still seen, or seen again for some pictures, is judged by what is seen. Pictures and ego have to be fresh here as well.
     """
+    if running.across is None:
+        return False
     seen_ns, through_ns = running.across_ns
     seen = any(
         track.track_id == running.across
@@ -82,13 +84,7 @@ def _comes_unseen(case: Case, running: Intervention, run_ns: int, profile: Profi
         and (track.steady_s or 0.0) >= profile.act_track_age_s
         for track in (*case.reading.view.actors, *case.reading.neighbours)
     )
-    return (
-        running.across is not None
-        and not seen
-        and run_ns < through_ns
-        and run_ns - seen_ns <= UNSEEN_ACROSS_NS
-        and is_read(case)
-    )
+    return not seen and run_ns < through_ns and run_ns - seen_ns <= UNSEEN_ACROSS_NS and is_read(case)
 
 
 def _is_before_bumper(case: Case, running: Intervention, ego_mps: float, run_ns: int, profile: Profile) -> bool:

@@ -54,7 +54,7 @@ def register(subparsers: Subparsers) -> None:
 
     taken = _command(kinds, "import", _import, "add a statute's XML to a pack as drafts")
     taken.add_argument("file", metavar="FILE", type=Path, help="gesetze-im-internet's XML, CLML, or Akoma Ntoso")
-    taken.add_argument("--out", metavar="FOLDER", type=Path, required=True, help="the pack; begun where there is none")
+    taken.add_argument("--out", metavar="FOLDER", type=Path, required=True, help="the pack; a new folder is begun")
     taken.add_argument("--prefix", metavar="ID", default="", help="how the provisions' ids begin, for example gbr-rtra")
     taken.add_argument("--jurisdiction", metavar="CODE", default="", help="where the file does not say it")
 
