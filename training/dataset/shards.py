@@ -33,6 +33,8 @@ from training.stages.stage import Split, random_stage
 
 CLASSES: tuple[ObjectClass, ...] = get_args(ObjectClass)
 MIN_HEIGHT_PX = 12.0
+WINDOW = "window"
+"""In the notes of a picture that shows a part of one as large as the closer look would."""
 MIN_VISIBLE = 0.5
 """Objects lower or less visible than this are ignored: neither to be found nor counted as a mistake (issue's target)."""
 STAGES_PER_SHARD = 20

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import queue
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from services.perception.detect.centre_point import BESIDE_PX, CLOSER_PX
-from training.dataset.shards import CLASSES, Frames, counted
+from training.dataset.shards import CLASSES, WINDOW, Frames, counted
 from training.detector.targets import Targets, encode
 from training.lens import through_lens
 
@@ -36,7 +36,7 @@ CROPS = (
     Crops(*CLOSER_PX, 4, (2.0, 2.4)),
 )
 """One is drawn for each batch. The second is the whole picture as it is seen beside a closer look; the last two are what the closer
-look shows, in which people are found or missed."""
+look shows, in which people are found or missed: a part of a picture that is as large already (`WINDOW`) is not drawn for them."""
 SOUGHT = {"vehicle": 0.2, "pedestrian": 0.4, "sign": 0.2, "panel": 0.05, "light": 0.15}
 """Shares of the classes among the crops that are drawn for one object's sake; the others come as the pictures do."""
 SOUGHT_SHARE = 0.5
@@ -57,28 +57,38 @@ def batches(frames: Frames, seed: int, ahead: int = 4) -> Iterator[Batch]:
 
     def fill() -> None:
         rng = np.random.default_rng(seed)
-        showing = [_showing(frames, kind) for kind in range(len(CLASSES))]
+        every = _pool(frames, range(len(frames)))
+        plain = _pool(frames, [i for i, note in enumerate(frames.notes) if not note.get(WINDOW)] or range(len(frames)))
         while True:
-            ready.put(_batch(frames, showing, rng))
+            crops = CROPS[int(rng.integers(len(CROPS)))]
+            ready.put(_batch(frames, plain if (crops.height, crops.width) == CLOSER_PX else every, crops, rng))
 
     threading.Thread(target=fill, name="batches", daemon=True).start()
     while True:
         yield ready.get()
 
 
-def _showing(frames: Frames, kind: int) -> NDArray[np.int64]:
-    """Indices of the frames with an object of the class that counts; all frames where none has."""
-    those = [i for i, objects in enumerate(frames.objects) if (counted(objects) & (objects[:, 0] == kind)).any()]
-    return np.array(those or range(len(frames)), dtype=np.int64)
+class _Pool(NamedTuple):
+    """Indices of frames to draw from: all, and of each class those with an object of it that counts, all where none has."""
+
+    all: NDArray[np.int64]
+    showing: tuple[NDArray[np.int64], ...]
 
 
-def _batch(frames: Frames, showing: list[NDArray[np.int64]], rng: np.random.Generator) -> Batch:
-    height, width, count, scales = CROPS[int(rng.integers(len(CROPS)))]
+def _pool(frames: Frames, among: Sequence[int]) -> _Pool:
+    every = np.array(among, dtype=np.int64)
+    kinds = [{int(kind) for kind in objects[counted(objects), 0]} for objects in (frames.objects[i] for i in every)]
+    showing = (every[[kind in those for those in kinds]] for kind in range(len(CLASSES)))
+    return _Pool(every, tuple(those if len(those) else every for those in showing))
+
+
+def _batch(frames: Frames, pool: _Pool, crops: Crops, rng: np.random.Generator) -> Batch:
+    height, width, count, scales = crops
     pictures, targets = [], []
     for _ in range(count):
         kind = int(rng.choice(len(CLASSES), p=[SOUGHT[each] for each in CLASSES]))
         sought = kind if rng.uniform() < SOUGHT_SHARE else None
-        index = int(rng.integers(len(frames)) if sought is None else rng.choice(showing[kind]))
+        index = int(rng.choice(pool.all if sought is None else pool.showing[kind]))
         picture, objects = augmented(
             frames.pictures[index], frames.objects[index], (height, width), rng, sought, scales
         )

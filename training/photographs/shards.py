@@ -23,7 +23,7 @@ from services.perception.detect.centre_point import CLOSER_PX
 from services.perception.detect.detection import Detection, FloatArray, overlaps, suppress
 from services.perception.detect.detector import Detector, DetectorOptions
 from services.perception.detect.loading import load_detector
-from training.dataset.shards import CLASSES, Shot, coded, inside, write_shard
+from training.dataset.shards import CLASSES, WINDOW, Shot, coded, inside, write_shard
 from training.photographs.gtsrb import ZIP, RealSign, signs
 from training.photographs.labelled import Photograph, photographs
 from training.photographs.pasting import pasted
@@ -148,6 +148,7 @@ def shots_of(
             top = int(np.clip(box.y0_px - chance.uniform(0.1, 0.8) * high, 0, picture.shape[0] - high))
         window = np.ascontiguousarray(picture[top : top + high, left : left + wide])
         shown = _within(rows, left, top, wide, high)
+        note = note | {WINDOW: 1.0}
         if crops and number >= WINDOWS:
             window, shown = _with_pasted(window, shown, crops, chance)
             note = note | {"set": f"{photograph.set},gtsrb"}

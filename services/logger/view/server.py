@@ -68,7 +68,7 @@ class Server:
         self._process = subprocess.Popen(
             [
                 binary, "--serve-web", "--bind", self._bind, "--port", str(self._port),
-                "--web-viewer-port", str(self._own_port), "--server-memory-limit", f"{self._memory_mb}MB",
+                "--web-viewer-port", str(self._own_port), "--server-memory-limit", f"{self._memory_mb}MB", "--newest-first",
             ],
             env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
             preexec_fn=_die_with_parent if sys.platform == "linux" else None,

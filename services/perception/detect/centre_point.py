@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from concurrent.futures import ThreadPoolExecutor
+from functools import lru_cache
 from typing import Any, get_args
 
 import cv2
@@ -20,15 +22,21 @@ STRIDE_PX = 4
 AS_IT_IS = (1.0, 0.0)
 """Slope and offset of a class whose scores are not calibrated."""
 CANVAS_PX = (384, 640)
-"""Height and width of what a net for pictures of any size is given where it looks once."""
+"""Height and width of what a net for pictures of any size is given where it looks once; of a picture of another form, as many pixels."""
 BESIDE_PX = (288, 480)
 """The same where it looks closer too: what is far is in the closer look, what is near is large enough."""
+SIDES_PX = 32
+"""The sides of what such a net is given are multiples of this."""
 _MOST = 100
 STRIP_MIDDLE = 196 / 360
 """The middle of what is looked at closer, as a share of the picture's height. The horizon of a level camera is in the strip, and that of
 one that looks up a little, as many do."""
+STRIP_OF_WIDTH, STRIP_OF_HEIGHT = 0.225, 0.375
+"""Its height as a share of the picture's width, and of its height; the larger one."""
 CLOSER_PX = (288, 1280)
-"""Height and width of the strip then: twice as large as in our pictures, and as wide as a picture of any other form."""
+"""Height and width of the strip then; of a strip of another form, as many pixels."""
+MOST_ENLARGED = 2.0
+"""Our pictures' strip is enlarged so much, and no strip more: a small picture holds no more to see."""
 CUT_PX, CUT_SHARE = 3.0, 0.08
 """What comes so near to the strip's edge there may go on beyond it: the whole picture shows it better. Above and below, where the strip
 cuts what the picture does not, also as a share of the height: detectors draw edges inwards."""
@@ -114,7 +122,7 @@ class CentreDetector:
         return self._whole(rgb, BESIDE_PX), more.result()
 
     def _whole(self, rgb: Picture, size_px: tuple[int, int]) -> _Found:
-        canvas, scale = whole(rgb, size_px)
+        canvas, scale = whole(rgb, formed(rgb.shape[:2], size_px) if self._any_size else size_px)
         boxes, scores, kinds = self._found(canvas)
         return boxes / scale, scores, kinds
 
@@ -135,7 +143,7 @@ class CentreDetector:
         """What the enlarged strip shows, in pixels of the whole picture; nothing that its edge may have cut."""
         canvas, top, scale = strip(rgb)
         boxes, scores, kinds = self._found(canvas)
-        rows, columns = CLOSER_PX[0], scale * rgb.shape[1]
+        rows, columns = scale * (strip_rows(*rgb.shape[:2])[1] - top), scale * rgb.shape[1]
         near = np.full((len(boxes), 2), CUT_PX, np.float32)
         near[:, 1] = np.maximum(CUT_PX, CUT_SHARE * (boxes[:, 3] - boxes[:, 1]))
         uncut = ((boxes[:, :2] >= near) & (boxes[:, 2:] <= (columns, rows) - near)).all(axis=1)
@@ -157,17 +165,34 @@ def whole(
     return canvas, scale
 
 
+@lru_cache(64)
+def formed(picture_px: tuple[int, int], size_px: tuple[int, int], most: float = math.inf) -> tuple[int, int]:
+    """Height and width of the canvas, of no more pixels than one of `size_px`, on which a picture of this height and width is largest,
+    enlarged `most` at most; sides in multiples of 32 px."""
+    height, width = picture_px
+
+    def scale(canvas: tuple[int, int]) -> float:
+        return min(canvas[0] / height, canvas[1] / width, most)
+
+    area = size_px[0] * size_px[1] // SIDES_PX**2
+    forms = [(SIDES_PX * rows, SIDES_PX * (area // rows)) for rows in range(1, area + 1)]
+    best = max(scale(form) for form in forms)
+    smallest = [max(SIDES_PX, SIDES_PX * math.ceil(best * side / SIDES_PX - 1e-6)) for side in picture_px]
+    return smallest[0], smallest[1]
+
+
 def strip_rows(height_px: int, width_px: int) -> tuple[int, int]:
     """Upper and lower row of what is looked at closer in a picture of this size; as much of it as the picture has."""
-    rows = min(height_px, max(1, round(width_px * CLOSER_PX[0] / CLOSER_PX[1])))
+    rows = min(height_px, max(1, round(STRIP_OF_WIDTH * width_px), round(STRIP_OF_HEIGHT * height_px)))
     top = min(max(0, round(STRIP_MIDDLE * height_px - rows / 2)), height_px - rows)
     return top, top + rows
 
 
 def strip(rgb: Picture) -> tuple[Picture, int, float]:
-    """The picture's strip about the horizon, enlarged (1, *CLOSER_PX, 3), its upper row in the picture, and the scale."""
+    """The picture's strip about the horizon, enlarged (1, H, W, 3), its upper row in the picture, and the scale."""
     top, bottom = strip_rows(*rgb.shape[:2])
-    canvas, scale = whole(rgb[top:bottom], CLOSER_PX, enlarging=cv2.INTER_CUBIC)
+    size = formed((bottom - top, rgb.shape[1]), CLOSER_PX, MOST_ENLARGED)
+    canvas, scale = whole(rgb[top:bottom], size, enlarging=cv2.INTER_CUBIC)
     return canvas, top, scale
 
 

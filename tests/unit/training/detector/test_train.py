@@ -1,13 +1,14 @@
 """Training targets, crops and the network, on small made-up pictures."""
 
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from services.perception.detect.centre_point import STRIDE_PX
-from training.dataset.shards import CLASSES, Frames
-from training.detector.batches import Batch, augmented
+from services.perception.detect.centre_point import CLOSER_PX, STRIDE_PX
+from training.dataset.shards import CLASSES, WINDOW, Frames
+from training.detector.batches import Batch, augmented, batches
 from training.detector.targets import STRIDE, Targets, encode
 
 CAR, PEDESTRIAN, SIGN = (CLASSES.index(kind) for kind in ("vehicle", "pedestrian", "sign"))
@@ -75,6 +76,18 @@ def test_a_crop_for_the_sake_of_a_class_shows_it() -> None:
     assert sum(shown) > sum(by_chance) + 6
     absent = rows((CAR, 20, 300, 80, 340, 1.0))
     assert augmented(picture, absent, (288, 448), rng, PEDESTRIAN)[0].shape == (288, 448, 3)
+
+
+@pytest.mark.parametrize("wholes", [0, 2])
+def test_a_part_of_a_picture_is_not_enlarged_again_unless_there_is_nothing_else(wholes: int) -> None:
+    grey = [np.full((384, 640, 3), 200 if index < wholes else 30, np.uint8) for index in range(6)]
+    notes: list[dict[str, str | float]] = [{} if index < wholes else {WINDOW: 1.0} for index in range(6)]
+    source, looked = batches(Frames(grey, [rows((SIGN, 300, 180, 340, 220, 1.0))] * 6, notes), 3), 0
+    for batch in islice(source, 24):
+        if batch.pictures.shape[2:] == CLOSER_PX:
+            looked += 1
+            assert (np.median(batch.pictures, axis=(1, 2, 3)) > 60).all() == bool(wholes)
+    assert looked
 
 
 def test_pictures_with_signs_are_never_mirrored() -> None:

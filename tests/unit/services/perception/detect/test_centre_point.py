@@ -8,9 +8,21 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from drivemcp.paths import data
-from services.perception.detect.centre_point import CLOSER_PX, strip, strip_rows, whole
+from services.perception.detect.centre_point import (
+    BESIDE_PX,
+    CANVAS_PX,
+    CLOSER_PX,
+    MOST_ENLARGED,
+    SIDES_PX,
+    formed,
+    strip,
+    strip_rows,
+    whole,
+)
 from services.perception.detect.detection import Detection, overlaps
 from services.perception.detect.detector import DetectorOptions, Picture
 from services.perception.detect.loading import load_detector
@@ -59,10 +71,26 @@ def test_the_closer_look_distorts_no_picture_and_has_the_horizon(size: tuple[int
     cv2.circle(disc, (width // 2, (top + bottom) // 2), (bottom - top) // 4, (255,) * 3, -1)
     canvas, first, scale = strip(disc)
     rows, columns = np.nonzero(canvas[0, :, :, 0] > 127)
-    assert canvas.shape == (1, *CLOSER_PX, 3)
+    assert canvas[0, :, :, 0].size <= np.prod(CLOSER_PX)
+    assert scale <= 1.1 * MOST_ENLARGED, "by a canvas rounded up to 32 px"
     assert np.ptp(columns) == pytest.approx(np.ptp(rows), abs=2)
     assert first == top
     assert columns.mean() / scale == pytest.approx(width / 2, abs=1)
+
+
+@given(st.integers(1, 5000), st.integers(1, 5000))
+def test_no_form_of_a_picture_costs_more_than_our_cameras(height_px: int, width_px: int) -> None:
+    for size_px, most in ((BESIDE_PX, math.inf), (CANVAS_PX, math.inf), (CLOSER_PX, MOST_ENLARGED)):
+        height, width = formed((height_px, width_px), size_px, most)
+        assert height * width <= np.prod(size_px)
+        assert height % SIDES_PX == width % SIDES_PX == 0 < min(height, width)
+
+
+def test_our_cameras_pictures_and_upright_ones_are_looked_at_as_large_as_may_be() -> None:
+    assert [formed((360, 640), size_px) for size_px in (BESIDE_PX, CANVAS_PX)] == [BESIDE_PX, CANVAS_PX]
+    assert formed((144, 640), CLOSER_PX, MOST_ENLARGED) == CLOSER_PX
+    height, width = formed((400, 300), BESIDE_PX)
+    assert min(height / 400, width / 300) > 1.4 * min(BESIDE_PX[0] / 400, BESIDE_PX[1] / 300)
 
 
 def of_kind(found: list[Detection], kind: str = "pedestrian") -> Edges:
