@@ -65,7 +65,8 @@ class Order(msgspec.Struct, frozen=True, kw_only=True):
 def summary(found: Sequence[Order]) -> str:
     """How many of each verdict, and why latencies have none."""
     verdicts = [one.verdict for one in found]
-    counts = ", ".join(f"{verdicts.count(verdict)} {verdict}" for verdict in dict.fromkeys(verdicts))
+    words = {"not told apart": "without a significant difference"}
+    counts = ", ".join(f"{verdicts.count(each)} {words.get(each, each)}" for each in dict.fromkeys(verdicts))
     without = sum(one.assumed for one in found)
     why = (
         f" ({without} of them latencies that are assumed: none of the tools that a row's advice waits for was measured)"

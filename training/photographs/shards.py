@@ -140,6 +140,7 @@ def shots_of(
     wide, high = (round(side / scale) for side in WINDOW_PX)
     if picture.shape[0] < high or picture.shape[1] < 2 * WHOLE_PX:
         return
+    note[WINDOW] = 1.0
     for number in range(windows):
         left, top = (int(chance.integers(0, side + 1)) for side in (picture.shape[1] - wide, picture.shape[0] - high))
         if number < min(len(signed), WINDOWS):
@@ -148,7 +149,6 @@ def shots_of(
             top = int(np.clip(box.y0_px - chance.uniform(0.1, 0.8) * high, 0, picture.shape[0] - high))
         window = np.ascontiguousarray(picture[top : top + high, left : left + wide])
         shown = _within(rows, left, top, wide, high)
-        note = note | {WINDOW: 1.0}
         if crops and number >= WINDOWS:
             window, shown = _with_pasted(window, shown, crops, chance)
             note = note | {"set": f"{photograph.set},gtsrb"}
