@@ -204,7 +204,7 @@ def flip_in_words(flip: Flip) -> str:
 
 
 class Counts(msgspec.Struct, frozen=True, kw_only=True):
-    """The drive in numbers."""
+    """The drive in numbers. `began` is empty where the log has no date."""
 
     began: str
     length: str
@@ -225,7 +225,7 @@ def counts(log: DriveLog) -> Counts:
     unit = units.most_common(1)[0][0] if units else "km/h"
     degraded = sum(bool(each.advisory.degraded) for each in ticks)
     return Counts(
-        began=f"{datetime.fromtimestamp(ticks[0].stamp_ns / 1e9, UTC):%Y-%m-%d %H:%M:%S} UTC" if ticks else "",
+        began=_began(ticks[0].stamp_ns) if ticks else "",
         length=clock(log.seconds),
         distance=f"{log.distance_m / 1609.344:.2f} mi" if unit == "mph" else f"{log.distance_m / 1e3:.2f} km",
         ticks=len(ticks),
@@ -236,6 +236,12 @@ def counts(log: DriveLog) -> Counts:
         latency=_median_ms(ticks),
         unit=unit,
     )
+
+
+def _began(stamp_ns: int) -> str:
+    """Date and time; empty where a simulator's own clock, which starts at 0, stamped the drive."""
+    began = datetime.fromtimestamp(stamp_ns / 1e9, UTC)
+    return f"{began:%Y-%m-%d %H:%M:%S} UTC" if began.year > 1970 else ""
 
 
 def _median_ms(ticks: Sequence[Tick]) -> str:

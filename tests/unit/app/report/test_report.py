@@ -86,6 +86,19 @@ def test_the_command_writes_the_page_beside_the_logs_and_says_where(
     assert f"--tick {spoken[0].tick}" in html
 
 
+@pytest.mark.parametrize(
+    ("stamp_ns", "title"),
+    [
+        (1_785_000_000_000_000_000, "Drive of 2026-07-25 17:20:00 UTC"),
+        (300_000_000, "Drive in simulated time"),
+    ],
+)
+def test_the_title_has_the_date_that_the_log_has(stamp_ns: int, title: str) -> None:
+    once = msgspec.convert({"tick": 1, "stamp_ns": stamp_ns, "advisory": {}}, Tick)
+    html = page(DriveLog((), ticks=[once]), AtHand())
+    assert f"<h1>{title}</h1>" in html
+
+
 def test_the_page_asks_no_host_and_runs_no_script(folder: Path) -> None:
     html = page(read_drive([folder / "logs" / "a.mcap"]), AtHand())
     assert not re.findall(r"(?:src|href)=\"(?!data:image/jpeg;base64,|#)", html)
