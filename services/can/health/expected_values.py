@@ -182,15 +182,16 @@ costs only its field."""
 def _pressure(values: Values, moved: Motion, shape: Shape) -> dict[str, Expected]:
     """Between what the foot asks for and what the car does: weak brakes and spongy pedals lie between them, a sensor
     that lies does not. A car that slows down without a foot by more than an engine does brakes by itself, with no more
-    pressure than shows in what it does.
+    pressure than shows in what it does; one that stands may be held by its brakes.
     """
     pedal, full, per = values.get("brake_pedal"), shape.brake_bar_full_pedal, shape.brake_bar_per_mps2
-    if pedal is None:
+    stands = moved.speed_mps is not None and moved.speed_mps < MOVING_MPS
+    if pedal is None or stands:
         return {}
     if pedal < TOUCHED:
         pressure = values.get("brake_pressure_bar")
         return {} if pressure is None else {"brake_pressure_bar": _without_a_foot(pressure, moved, per)}
-    if full is None or per is None or moved.acceleration_mps2 is None or (moved.speed_mps or 0.0) < MOVING_MPS:
+    if full is None or per is None or moved.acceleration_mps2 is None or moved.speed_mps is None:
         return {}
     asked, done = pedal * full if pedal >= PRESSED else 0.0, max(0.0, -moved.acceleration_mps2) * per
     low, high = min(asked, done), max(asked, done)

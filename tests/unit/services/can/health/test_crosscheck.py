@@ -240,6 +240,13 @@ def test_who_has_just_set_off_is_not_held_against_the_mean_of_the_last_moments(
     assert (abs(told.residual(asked)) <= told.tolerance) is sound
 
 
+@pytest.mark.parametrize("speed_mps", [0.0, 1.5])
+def test_a_car_that_stands_may_be_held_by_its_brakes_without_a_foot(speed_mps: float) -> None:
+    held = {"brake_pedal": 0.0, "brake_pressure_bar": 40.0}
+    moved = Motion(speed_mps=speed_mps, yaw_rate_radps=0.0, acceleration_mps2=0.0)
+    assert "brake_pressure_bar" not in expected(held, moved, SHAPE)
+
+
 def test_a_car_that_creeps_tells_nothing_of_the_pressure_of_a_resting_foot() -> None:
     moved = Motion(speed_mps=1.0, yaw_rate_radps=0.0, acceleration_mps2=-0.65)
     values = {"brake_pedal": 0.011, "brake_pressure_bar": 7.0}
