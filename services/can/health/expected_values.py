@@ -23,8 +23,6 @@ STEERING_PLAY_RAD = 0.0015
 MOVING_MPS = 2.0
 TOUCHED, PRESSED = 0.005, 0.02
 """Travel of the brake pedal below which no foot is on it, and from which it tells how much is asked for."""
-COASTS_MPS2 = 1.0
-"""Engine and air slow a car by less than this."""
 SLOPE_SAMPLES = 16
 """Of the speed, over which the deceleration is told."""
 
@@ -181,24 +179,21 @@ costs only its field."""
 
 def _pressure(values: Values, moved: Motion, shape: Shape) -> dict[str, Expected]:
     """Between what the foot asks for and what the car does: weak brakes and spongy pedals lie between them, a sensor
-    that lies does not. A car that slows down without a foot by more than an engine does brakes by itself, with no more
-    pressure than shows in what it does; one that stands may be held by its brakes.
+    that lies does not. A car that slows down without a foot may brake by itself, with no more pressure than shows in
+    what it does; one that stands may be held by its brakes.
     """
     pedal, full, per = values.get("brake_pedal"), shape.brake_bar_full_pedal, shape.brake_bar_per_mps2
     stands = moved.speed_mps is not None and moved.speed_mps < MOVING_MPS
     if pedal is None or stands:
         return {}
+    slows = -(moved.acceleration_mps2 or 0.0)
+    most = max(slows, -(values.get("acceleration_mps2") or 0.0))  # felt at once, where the speed's slope takes moments
     if pedal < TOUCHED:
         pressure = values.get("brake_pressure_bar")
-        return {} if pressure is None else {"brake_pressure_bar": _without_a_foot(pressure, moved, per)}
+        own = min(max(0.0, pressure or 0.0), max(0.0, most) * (per or 0.0))
+        return {} if pressure is None else {"brake_pressure_bar": Expected(own, own, 4.0 + 0.1 * own)}
     if full is None or per is None or moved.acceleration_mps2 is None or moved.speed_mps is None:
         return {}
-    asked, done = pedal * full if pedal >= PRESSED else 0.0, max(0.0, -moved.acceleration_mps2) * per
-    low, high = min(asked, done), max(asked, done)
+    asked = pedal * full if pedal >= PRESSED else 0.0
+    low, high = min(asked, max(0.0, slows) * per), max(asked, most * per)
     return {"brake_pressure_bar": Expected(low, high, 4.0 + 0.1 * high)}
-
-
-def _without_a_foot(pressure_bar: float, moved: Motion, bar_per_mps2: float | None) -> Expected:
-    slows = -(moved.acceleration_mps2 or 0.0)
-    own = min(max(0.0, pressure_bar), slows * (bar_per_mps2 or 0.0)) if slows > COASTS_MPS2 else 0.0
-    return Expected(own, own, 4.0 + 0.1 * own)

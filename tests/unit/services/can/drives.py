@@ -147,6 +147,29 @@ class Drive:
         return round(value / unit) * unit if unit else value
 
 
+@dataclass
+class Guarded(Drive):
+    """A drive that a guard brakes without a foot, from `speed_mps` to `until_mps`, and then holds or lets go."""
+
+    speed_mps: float = 15.0
+    until_mps: float = 0.0
+    brakes_mps2: float = 6.5
+    jerk_mps3: float = 10.0
+
+    def samples(self) -> Iterator[tuple[int, dict[str, Reading]]]:
+        """See `Drive`."""
+        rng, held = random.Random(self.seed), dict[str, tuple[float, int]]()
+        speed, asked = self.speed_mps, 0.0
+        for step in range(int(self.seconds / STEP_S)):
+            t = step * STEP_S
+            braking = t >= 10.0 and (speed > self.until_mps or self.until_mps == 0.0)
+            asked = min(self.brakes_mps2, asked + self.jerk_mps3 * STEP_S) if braking else 0.0
+            speed = max(0.0, speed - asked * STEP_S)
+            truth = self._truth(speed, -asked if speed > 0.0 else 0.0, 0.0, 0.0, 15.0, 0.0)
+            truth["brake_pressure_bar"] = asked * (SHAPE.brake_bar_per_mps2 or 0.0)
+            yield int(t * NS) + NS, self._readings(rng, truth, held, Fault(), int(t * NS) + NS, t, speed)
+
+
 def make(index: int, base: int = 0) -> tuple[Drive, str]:
     """One of a set: its drive and its label, `kind field`."""
     rng = random.Random(base + index)
