@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 
 import msgspec
 
+from domain.hearing import Hearing
 from proto.decision import Advisory, Decision
 from proto.health import ServiceHealth
 from proto.tools import CallRecords
@@ -13,7 +14,6 @@ from proto.truth import ScenarioState, Truth
 from services.simulator.truth.hazard_words import names
 
 _URGENT = ("warning", "alarm")
-SPOKEN = ("SPEAK", "ACT")
 
 
 class Percentiles(msgspec.Struct, frozen=True, kw_only=True):
@@ -77,6 +77,7 @@ class Tally:
         self.advisory: Advisory | None = None
         self.spoken: list[tuple[float, Advisory]] = []
         """All advice that was spoken, and when (s)."""
+        self._hearing = Hearing()
         self.scenario: ScenarioState | None = None
         self.health: dict[str, ServiceHealth] = {}
         self._overspeed: list[float] = []
@@ -136,7 +137,7 @@ class Tally:
             self._event_ms.append(advisory.event_to_advice_ms)
         if advisory.snapshot_to_advice_ms is not None:
             self._snapshot_ms.append(advisory.snapshot_to_advice_ms)
-        if advisory.kind in SPOKEN:
+        if self._hearing.hears(advisory.kind, advisory.hazard or advisory.topic, round(self.now_s * 1e9)):
             self.spoken.append((self.now_s, advisory))
             self._answered(advisory)
             if advisory.urgency in _URGENT and advisory.hazard:
@@ -210,7 +211,7 @@ class Tally:
             collisions=self._collisions if truth else None,
             overspeed_pct=math.fsum(self._overspeed) / len(self._overspeed) if self._overspeed else None,
             ticks=ticks,
-            messages=sum(self._kinds[kind] for kind in SPOKEN),
+            messages=len(self.spoken),
             silent_share=self._kinds["SILENT"] / ticks if ticks else None,
             acts_done=self._kinds["ACT"],
             acts_withheld=self._withheld,

@@ -11,6 +11,7 @@ import msgspec
 
 from app.pictures import jpeg_of
 from app.report.ticks import Inputs, Tick
+from domain.hearing import Hearing
 from drivemcp.errors import MALFORMED
 from proto import topics
 from proto.perception import Boxes
@@ -61,6 +62,7 @@ class DriveLog:
     scenario: Scenario = field(default_factory=Scenario)
     ticks: list[Tick] = field(default_factory=list)
     """Without what only messages need: see `slim`."""
+    hearing: Hearing = field(default_factory=Hearing)
     spoken: list[Spoken] = field(default_factory=list)
     health: dict[str, Health] = field(default_factory=dict)
     highest_rss_mb: dict[str, float] = field(default_factory=dict)
@@ -174,7 +176,7 @@ def _take(log: DriveLog, logged: Logged, pictures: _Held, boxes: _Held) -> None:
 
 def _add_tick(log: DriveLog, trace: bytes, pictures: _Held, boxes: _Held) -> None:
     tick = _TICKS.decode(trace)
-    if tick.spoken:
+    if log.hearing.hears(tick.advisory.kind, tick.advisory.about, tick.stamp_ns):
         shown = len(log.spoken) < MOST_PICTURES
         at_ns = tick.advisory.snapshot_stamp_ns or tick.stamp_ns
         jpeg = jpeg_of(pictures.at(at_ns) or b"") if shown else b""

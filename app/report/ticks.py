@@ -78,6 +78,13 @@ class Advisory(msgspec.Struct, frozen=True):
     justification: str = ""
     urgency: str = ""
     hazard: str = ""
+    topic: str = ""
+
+    @property
+    def about(self) -> str:
+        """Its hazard, else its topic."""
+        return self.hazard or self.topic
+
     target_mps: float | None = None
     legal_limit: Limit | None = None
     unit: str = "km/h"
@@ -122,8 +129,3 @@ class Tick(msgspec.Struct, frozen=True):
         """The ego's speed, as the tick knew it."""
         speed = self.inputs.ego.message.get("speed_mps") if self.inputs.ego is not None else None
         return float(speed) if isinstance(speed, int | float) else None
-
-    @property
-    def spoken(self) -> bool:
-        """Whether the driver was told anything."""
-        return self.advisory.kind in ("SPEAK", "ACT")

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import msgspec
 
 from app.report.ticks import Tick
+from domain.hearing import Hearing
 
 WIDTH, HEIGHT = 960, 260
 LEFT, RIGHT, TOP, BOTTOM = 44, 8, 26, 34
@@ -127,7 +128,9 @@ def _path(ticks: Iterable[Tick], of: Callable[[Tick], float | None], scale: _Sca
 
 def _marks(ticks: Iterable[Tick], scale: _Scale) -> Iterable[Mark]:
     ends = [0.0, 0.0]
-    for number, tick in enumerate((each for each in ticks if each.spoken), start=1):
+    hears = Hearing().hears
+    heard = (each for each in ticks if hears(each.advisory.kind, each.advisory.about, each.stamp_ns))
+    for number, tick in enumerate(heard, start=1):
         x = scale.x(tick.stamp_ns)
         row = next((k for k, end in enumerate(ends) if x >= end), 0)
         ends[row] = x + 14.0

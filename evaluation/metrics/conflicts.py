@@ -7,7 +7,8 @@ from statistics import median
 from typing import NamedTuple
 
 from domain import rss
-from evaluation.metrics.record import ACT_PAUSE_S, Record
+from domain.hearing import ACT_PAUSE_S
+from evaluation.metrics.record import Record
 from evaluation.metrics.spans import Span, spans
 from proto.truth import TrueActor, Truth
 from services.simulator.driver.profile import MEDIAN_REACTION_S

@@ -2,7 +2,6 @@
 
 import gzip
 import hashlib
-import math
 import zlib
 from bisect import bisect_right
 from collections.abc import Callable, Iterable
@@ -13,6 +12,7 @@ from typing import Any, Generic, NamedTuple, TypeVar
 
 import msgspec
 
+from domain.hearing import Hearing
 from drivemcp.bus.received import Received, decode
 from drivemcp.errors import MALFORMED, UserError
 from drivemcp.node import Node
@@ -69,16 +69,13 @@ class Record:
 
     @cached_property
     def spoken(self) -> tuple[At[Advisory], ...]:
-        """The messages that the driver hears: every SPEAK, and of an ACT the first tick, if it pauses for less than half a second."""
-        heard: list[At[Advisory]] = []
-        acted_s = -math.inf
-        for each in self.advisories:
-            goes_on = each.time_s - acted_s < ACT_PAUSE_S
-            if each.message.kind == "SPEAK" or (each.message.kind == "ACT" and not goes_on):
-                heard.append(each)
-            if each.message.kind == "ACT":
-                acted_s = each.time_s
-        return tuple(heard)
+        """The messages that the driver hears, as the cockpit speaks them."""
+        hears = Hearing().hears
+        return tuple(
+            each
+            for each in self.advisories
+            if hears(each.message.kind, each.message.hazard or each.message.topic, round(each.time_s * 1e9))
+        )
 
     def outcome(self) -> str:
         """A digest of all of it, in hex: runs that came out alike have the same. The last tick's decision may come after the end
@@ -105,8 +102,6 @@ class Record:
         return self.truths[start : bisect_right(self._times_s, to_s + 1e-6)]
 
 
-ACT_PAUSE_S = 0.5
-"""ACT that pauses for less is one intervention: a tick or two may be lost or doubted."""
 _FOLLOWED: tuple[Topic[Any], ...] = (
     topics.TRUTH,
     topics.ADVISORY,

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import msgspec
 
+from domain.hearing import ACT_PAUSE_S
 from drivemcp.node import Node
 from evaluation.campaign.replacing import write_whole
 from evaluation.metrics.conflicts import EGO_LENGTH_M, EGO_WIDTH_M
-from evaluation.metrics.record import ACT_PAUSE_S
 from evaluation.metrics.spans import spans
 from evaluation.population.windows import Window, scenario_of
 from evaluation.run.grant import EMERGENCY, granted

@@ -7,6 +7,7 @@ from typing import Any
 
 import msgspec
 
+from domain.hearing import Hearing
 from drivemcp.bus.received import Received
 from drivemcp.http.limits import App
 from drivemcp.http.serving import HttpConfig, listen, serve, token_of
@@ -53,22 +54,24 @@ class Cockpit:
         self._voice = voice
         self._seen: set[str] = set(NEEDED)
         self._sounded_s = -math.inf
+        self._hearing = Hearing()
         self.stream = Stream()
 
     def on_advisory(self, advisory: Advisory, info: Received[Advisory]) -> None:
         """Show it, and speak it where there is something to say."""
         told = advisory.kind != "SILENT"
+        heard = self._hearing.hears(advisory.kind, advisory.hazard or advisory.topic, info.stamp_ns)
         self.stream.put(
             "advisory",
             {
                 "tick": advisory.tick, "kind": advisory.kind, "directive": cleaned(advisory.directive) if told else "",
-                "urgency": advisory.urgency, "topic": advisory.topic, "picture": advisory.picture if told else None,
+                "urgency": advisory.urgency, "topic": advisory.topic, "spoken": heard, "picture": advisory.picture if told else None,
                 "language": advisory.language, "unit": advisory.unit,
                 "justification": advisory.justification if told else "",
                 "citations": advisory.citations if told else (), "degraded": advisory.degraded,
             },
         )  # fmt: skip
-        if told and self._voice is not None:
+        if heard and self._voice is not None:
             self._voice.say(Utterance.of(advisory))
 
     def on_assistance(self, assistance: SpeedAssistance, info: Received[SpeedAssistance]) -> None:

@@ -6,6 +6,7 @@ from typing import Any, Generic, NamedTuple, TypeVar
 
 import msgspec
 
+from domain.hearing import Hearing
 from drivemcp.bus.received import Received
 from drivemcp.node import Node
 from proto import topics
@@ -34,6 +35,7 @@ class Seen:
 
     def __init__(self, node: Node, tell: Tell) -> None:
         self._node, self._tell = node, tell
+        self._hearing = Hearing()
         self._said: deque[Received[Advisory]] = deque(maxlen=MOST_MESSAGES)
         self._degradation: Degradation | None = None
         node.subscribe(topics.WORLD, self._on_world)
@@ -65,7 +67,7 @@ class Seen:
         self._tell(WORLD, False)
 
     def _on_advisory(self, message: Advisory, info: Received[Advisory]) -> None:
-        if message.kind != "SILENT":
+        if self._hearing.hears(message.kind, message.hazard or message.topic, info.stamp_ns):
             self._said.append(info)
             self._tell(ADVICE, message.urgency in ("warning", "alarm"))
 

@@ -131,7 +131,7 @@ const onAdvisory = (advisory) => {
     state.toldAt = performance.now();
   }
   show();
-  if (advisory.kind !== "SILENT") speak(advisory);
+  if (advisory.spoken) speak(advisory);
 };
 
 const follow = () => {

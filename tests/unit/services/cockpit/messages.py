@@ -17,9 +17,8 @@ SILENT = Advisory(
 
 def told(words: str, urgency: str = "advice", **fields: Any) -> Advisory:
     """An advisory that is spoken."""
-    return msgspec.structs.replace(
-        SILENT, kind="SPEAK", directive=words, urgency=urgency, justification="The sign says so.", **fields
-    )
+    given = {"kind": "SPEAK", "directive": words, "urgency": urgency, "justification": "The sign says so.", **fields}
+    return msgspec.structs.replace(SILENT, **given)
 
 
 def assistance(value: float | None, unit: Unit = "km/h", *, assumed: bool = False, **fields: Any) -> SpeedAssistance:

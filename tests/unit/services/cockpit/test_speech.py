@@ -212,3 +212,19 @@ def test_an_overspeed_is_heard_when_it_begins_to_sound_and_not_when_muted(tmp_pa
         assert wait_settled(lambda: len(spoken(tmp_path)) == 2, 15.0)
         node.close()
     assert [(line["text"], line["urgency"]) for line in spoken(tmp_path)] == [("", "warning"), ("50", "info")]
+
+
+@SPOKEN
+def test_an_intervention_is_spoken_once_though_every_tick_brakes(tmp_path: Path) -> None:
+    with bus() as b:
+        node = b.start(SERVICE, CockpitConfig(wav=str(tmp_path)))
+        for words, hazard in (("Brake! Person", "pedestrian"), ("Foot on the brake", "caution")):
+            for tick in range(8):
+                b.probe.publish(topics.ADVISORY, told(words, "alarm", kind="ACT", hazard=hazard, tick=tick))
+            assert wait_settled(
+                lambda words=words: spoken(tmp_path)[-1:] and spoken(tmp_path)[-1]["text"] == words, 15.0
+            )  # type: ignore[misc]
+        b.probe.publish(topics.ADVISORY, told("50", "info"))
+        assert wait_settled(lambda: spoken(tmp_path)[-1]["text"] == "50", 15.0)
+        node.close()
+    assert [line["text"] for line in spoken(tmp_path)] == ["Brake! Person", "Foot on the brake", "50"]
