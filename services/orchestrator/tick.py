@@ -21,12 +21,14 @@ from services.orchestrator.observations.inputs import Observations
 from services.orchestrator.speech.candidate import Candidate
 from services.orchestrator.speech.candidates.limits_ahead import past
 from services.orchestrator.speech.memory import remember
-from services.orchestrator.speech.wording import face, say, toned
+from services.orchestrator.speech.wording import face, graver, say, toned
 from services.orchestrator.speed_assistance import assistance, stepped
 from services.orchestrator.state import State, digest
-from services.orchestrator.world.actors import people, vehicles
+from services.orchestrator.world.actors import people, stands, vehicles
 from services.orchestrator.world.observe import observe
 
+HELD = "held"
+"""What the driver is told while the car is held at standstill; it stands in a hazard's place."""
 MOST_OTHERS = 8
 """Farther road users of a crowd in the path tell the arbiter nothing that the nearer ones do not."""
 
@@ -121,7 +123,8 @@ def advisory_of(
     seen: Observations,
     outcomes: tuple[Outcome, ...],
 ) -> Advisory:
-    """What the driver is told: the candidate's words; without one, those of a warning that the arbiter alone wants."""
+    """What the driver is told: the candidate's words, the gravest while the car is braked; without one, those of a warning that the
+    arbiter alone wants; while the car is held at standstill, what ends it."""
     preferences = state.preferences
     directive, justification = fused.directive, fused.justification
     urgency, hazard, topic, asked_mps, picture = (
@@ -131,11 +134,18 @@ def advisory_of(
         fused.asked_mps,
         fused.picture,
     )
-    if decision.kind != "SILENT" and chosen is None:
+    brakes = decision.kind == "ACT"
+    if brakes and stands(state.world):
+        hazard, topic, urgency, directive = HELD, "caution", "alarm", say(preferences, "directive", HELD)
+        asked_mps, picture = fused.target_mps, Picture(face="caution", country=state.signs.country or "")
+    elif decision.kind != "SILENT" and (chosen is None or (brakes and not chosen.hazard)):
         hazard = decision.hazard or "caution"
-        phrase = {"closing_lead": "lead", "pedestrian": "person"}.get(hazard, "caution")
-        directive, urgency, topic = say(preferences, "directive", phrase), "warning", phrase
-        asked_mps, picture = fused.target_mps, Picture(face=face(phrase), country=state.signs.country or "")
+        topic = {"closing_lead": "lead", "pedestrian": "person"}.get(hazard, "caution")
+        urgency = "alarm" if brakes else "warning"
+        directive = say(preferences, "directive", f"{topic}_alarm" if brakes else topic)
+        asked_mps, picture = fused.target_mps, Picture(face=face(topic), country=state.signs.country or "")
+    elif brakes and chosen is not None:
+        urgency, directive = "alarm", say(preferences, "directive", graver(chosen.phrase), **chosen.values)
     if decision.act_withheld:
         withheld = say(preferences, "justification", "withheld", why=decision.act_withheld)
         justification = f"{justification} {withheld}".strip()

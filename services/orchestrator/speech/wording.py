@@ -145,6 +145,12 @@ def face(phrase: str) -> Face:
     return FACES.get(plain_phrase, "caution")
 
 
+def graver(phrase: str) -> str:
+    """The phrase of the same hazard with which it is an alarm, where there is one."""
+    alarm = f"{phrase.removesuffix('_alarm')}_alarm"
+    return alarm if alarm in phrases("en")["directive"] else phrase
+
+
 LITTLE, FULL = 0.35, 0.7
 """Of mu."""
 

@@ -168,14 +168,22 @@ def test_two_foreign_plates_in_turn_are_explained_once_each() -> None:
 
 
 @pytest.mark.parametrize(
-    "decided",
+    ("decided", "words", "urgency"),
     [
-        {"kind": "SPEAK", "reason": "hazard: closing_lead"},
-        {"kind": "SPEAK", "reason": "ACT withheld: no grant", "act_withheld": "no grant"},
-        {"kind": "ACT", "reason": "U_act - U_speak = 0.3 > Delta = 0.2 and RSS is violated"},
+        ({"kind": "SPEAK", "reason": "hazard: closing_lead"}, "Brake: vehicle ahead", "warning"),
+        (
+            {"kind": "SPEAK", "reason": "ACT withheld: no grant", "act_withheld": "no grant"},
+            "Brake: vehicle ahead",
+            "alarm",
+        ),
+        (
+            {"kind": "ACT", "reason": "U_act - U_speak = 0.3 > Delta = 0.2 and RSS is violated"},
+            "Brake! Vehicle",
+            "alarm",
+        ),
     ],
 )
-def test_what_only_the_arbiter_sees_is_said_in_words(decided: dict[str, Any]) -> None:
+def test_what_only_the_arbiter_sees_is_said_in_words(decided: dict[str, Any], words: str, urgency: str) -> None:
     drive = Drive()
     local = drive.tick().decision
     told_before = drive.state.memory
@@ -184,8 +192,8 @@ def test_what_only_the_arbiter_sees_is_said_in_words(decided: dict[str, Any]) ->
     )
     ticked = drive.tick()
     assert ticked.fused.topic == ""
-    assert (ticked.advisory.directive, ticked.advisory.hazard) == ("Brake: vehicle ahead", "closing_lead")
-    assert ticked.advisory.urgency == ("alarm" if "act_withheld" in decided else "warning")
+    assert (ticked.advisory.directive, ticked.advisory.hazard) == (words, "closing_lead")
+    assert ticked.advisory.urgency == urgency
     told = ticked.state.memory.last(Kind.CAUTION)
     assert told is not None
     assert [each.hazard for each in ticked.state.memory.hazards] == ["closing_lead"]
@@ -271,3 +279,26 @@ def test_green_is_told_to_who_waits_for_it_and_not_for_a_red_of_long_ago(waited_
     drive.tick(fact("light", "light:green", track_id=4, distance_m=15.0))
     drive.tick(fact("light", "light:green", track_id=4, distance_m=15.0))
     assert any("Green" in text for text in drive.spoken()[1:]) is told
+
+
+def test_while_the_car_brakes_the_words_are_the_gravest_whatever_the_driver_was_told_before() -> None:
+    """A person that is an alarm in one tick and a warning in the next would else change the words ten times a second."""
+    drive = Drive(speed_mps=12.0)
+    drive.ticks(20)
+    for braking in range(8):
+        drive.ask.decide = lambda request, acts=braking >= 2: replace(
+            locally(request), kind="ACT" if acts else "SPEAK", hazard="closing_lead", brake_mps2=4.0 if acts else 0.0
+        )
+        drive.tracks = (actor(gap_m=30.0 - braking, closing_mps=10.0),)
+        drive.tick()
+    told = [(t.advisory.directive, t.advisory.urgency) for _, _, t in drive.history if t.advisory.kind == "ACT"]
+    assert told == [("Brake! Vehicle", "alarm")] * 6
+
+
+def test_a_driver_whose_car_is_held_at_standstill_is_told_what_ends_it() -> None:
+    drive = Drive(speed_mps=0.0)
+    drive.ticks(20)
+    drive.ask.decide = lambda request: replace(locally(request), kind="ACT", hazard="closing_lead", brake_mps2=2.0)
+    drive.tracks = (actor(gap_m=2.0, closing_mps=0.0),)
+    held = drive.tick().advisory
+    assert (held.directive, held.urgency, held.hazard) == ("Foot on the brake", "alarm", "held")
