@@ -29,6 +29,8 @@ from services.arbiter.profiles.profile import Profile, load
 from services.simulator.car.brake_receiver import MAX_JERK_MPS3
 from services.simulator.car.braking import FULL_MPS2
 
+GUARD = "guard/"
+"""How the cells' names begin."""
 DELAY_S = 0.2
 """From a picture to the brakes."""
 
@@ -60,7 +62,7 @@ class Told(NamedTuple):
 
 def place_of(scene: str, speed_kmh: int, ground: Ground) -> str:
     """The cell as a run's scenario."""
-    return f"guard/{scene}/{speed_kmh}/{ground}"
+    return f"{GUARD}{scene}/{speed_kmh}/{ground}"
 
 
 def cell_of(place: str) -> tuple[str, int, Ground]:
@@ -71,20 +73,23 @@ def cell_of(place: str) -> tuple[str, int, Ground]:
 
 def run_cell(folder: str, key: str, spec: RunSpec) -> Outcome:
     """Drive one run of a cell, and keep its outcome as KEY.json in `folder`. Raises what `drive` raises."""
-    scene, speed_kmh, ground = cell_of(spec.scenario)
     with tempfile.TemporaryDirectory() as name:
         part = Path(name)
-        (file := part / f"{spec.scenario.replace('/', '-')}.json").write_bytes(
-            msgspec.json.encode(scenario(SCENES[scene], speed_kmh, ground))
-        )
         told = Told([], [], [], [])
-        driven = granted(msgspec.structs.replace(spec, scenario=str(file)), part, EMERGENCY)
-        drive(driven, part, _listen(told), _braked_by(spec.method))
+        drive(prepared(spec, part), part, _listen(told), _braked_by(spec.method))
     if not told.truths:
         raise RunError("the simulator told no truth")
     found = outcome(told)
     write_whole(Path(folder) / f"{key}.json", msgspec.json.encode(found))
     return found
+
+
+def prepared(spec: RunSpec, folder: Path) -> RunSpec:
+    """The run of a cell with its scenario and a grant for emergencies as files in `folder`."""
+    scene, speed_kmh, ground = cell_of(spec.scenario)
+    file = folder / f"{spec.scenario.replace('/', '-')}.json"
+    file.write_bytes(msgspec.json.encode(scenario(SCENES[scene], speed_kmh, ground)))
+    return granted(msgspec.structs.replace(spec, scenario=str(file)), folder, EMERGENCY)
 
 
 def _braked_by(method: str) -> Callable[[Service[Any]], Service[Any]]:

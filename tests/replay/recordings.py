@@ -13,6 +13,7 @@ import msgspec
 
 from app.replay.again import traces
 from drivemcp.node import Node
+from evaluation.guard.outcome import GUARD, place_of, prepared
 from evaluation.run.grant import granted
 from evaluation.run.host import drive
 from evaluation.run.spec import RunSpec
@@ -46,6 +47,7 @@ def faults(*presets: str) -> dict[str, dict[str, Any]]:
     return {"simulator": {"faults": list(presets)}}
 
 
+ABSENT: dict[str, dict[str, Any]] = {"simulator": {"driver": "absent"}}
 QUESTIONS = (
     (2.0, "ask", {"question": "What does this sign mean?"}),
     (4.0, "ask", {"question": "Are we in mph now?"}),
@@ -84,6 +86,8 @@ RECORDINGS: Mapping[str, Recording] = {
         "urb-rain/calibration/2", seconds=30.0, absent_from_s=5.0, settings={"arbiter": {"filter": "none"}}
     ),
     "prompted": Recording("urb-rain/calibration/9", settings=PROMPTED),
+    "emergency-car-from-side": Recording(place_of("car from the side", 50, "dry"), seconds=14.0, settings=ABSENT),
+    "emergency-person": Recording(place_of("crossing person", 40, "wet"), seconds=14.0, settings=ABSENT),
     "no-arbiter": Recording("urb-rain/calibration/3", without=("arbiter", "weather")),
 }
 
@@ -96,7 +100,8 @@ def record(name: str) -> None:
         settings={**QUIET, **wanted.settings}, without=wanted.without,
     )  # fmt: skip
     with tempfile.TemporaryDirectory() as folder, _absent(wanted.absent_from_s):
-        drive(granted(spec, Path(folder)), Path(folder), _speaker(wanted))
+        permitted = prepared if spec.scenario.startswith(GUARD) else granted
+        drive(permitted(spec, Path(folder)), Path(folder), _speaker(wanted))
         log = traces(sorted((Path(folder) / "logs").glob("*.mcap")))
         write_lines(LOGS / name / "inputs.jsonl.gz", (msgspec.to_builtins(logged(trace)) for trace in log))
 
