@@ -80,11 +80,6 @@ class Advisory(msgspec.Struct, frozen=True):
     hazard: str = ""
     topic: str = ""
 
-    @property
-    def about(self) -> str:
-        """Its hazard, else its topic."""
-        return self.hazard or self.topic
-
     target_mps: float | None = None
     legal_limit: Limit | None = None
     unit: str = "km/h"

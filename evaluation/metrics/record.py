@@ -71,11 +71,7 @@ class Record:
     def spoken(self) -> tuple[At[Advisory], ...]:
         """The messages that the driver hears, as the cockpit speaks them."""
         hears = Hearing().hears
-        return tuple(
-            each
-            for each in self.advisories
-            if hears(each.message.kind, each.message.hazard or each.message.topic, round(each.time_s * 1e9))
-        )
+        return tuple(each for each in self.advisories if hears(each.message, round(each.time_s * 1e9)))
 
     def outcome(self) -> str:
         """A digest of all of it, in hex: runs that came out alike have the same. The last tick's decision may come after the end

@@ -60,7 +60,7 @@ class Cockpit:
     def on_advisory(self, advisory: Advisory, info: Received[Advisory]) -> None:
         """Show it, and speak it where there is something to say."""
         told = advisory.kind != "SILENT"
-        heard = self._hearing.hears(advisory.kind, advisory.hazard or advisory.topic, info.stamp_ns)
+        heard = self._hearing.hears(advisory, info.stamp_ns)
         self.stream.put(
             "advisory",
             {

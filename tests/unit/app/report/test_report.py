@@ -214,7 +214,7 @@ def test_the_plot_stays_in_its_frame_whatever_a_log_holds(
             assert 0.0 <= float(y) <= HEIGHT
     assert all(x >= 0.0 and x + wide <= WIDTH + 1.0 for x, wide in plot.degraded)
     hears = Hearing().hears
-    assert len(plot.marks) == sum(hears(each.advisory.kind, "", each.stamp_ns) for each in made)
+    assert len(plot.marks) == sum(hears(each.advisory, each.stamp_ns) for each in made)
 
 
 def _ego(speed: float | None) -> Inputs:
