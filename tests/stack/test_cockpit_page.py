@@ -317,6 +317,17 @@ def test_the_page_speaks_what_was_decided_once_a_touch_has_switched_it_on(
     drive[0].say(told("Brake!", "alarm"))
     until(page, "window.heard.length === 3")
     assert page.evaluate("window.heard") == ["en 70 when wet 1", "cut", "en Brake! 1.149999976158142"]
+    page.evaluate(
+        """window.alarms = 0;
+        new MutationObserver(() => { window.alarms += 1; }).observe(document.querySelector('#alarm'), { childList: true });"""
+    )
+    for hazard in ("pedestrian", "held"):
+        for _ in range(6):
+            drive[0].say(told(f"It is {hazard}", "alarm", kind="ACT", hazard=hazard))
+        until(page, f"window.heard.at(-1).includes('It is {hazard}')")
+    loud = "1.149999976158142"
+    assert page.evaluate("window.heard")[3:] == ["cut", f"en It is pedestrian {loud}", "cut", f"en It is held {loud}"]
+    assert page.evaluate("window.alarms") == 2, "a reader of screens is told of each once"
     page.close()
 
 

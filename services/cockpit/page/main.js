@@ -127,7 +127,8 @@ const onAdvisory = (advisory) => {
   if (state.chosen === advisory.language) state.chosen = "";
   if (!state.chosen && advisory.language !== inUse()) { setLanguage(advisory.language); label(); }
   if (advisory.kind !== "SILENT" && advisory.directive) {
-    state.told = advisory;
+    const goesOn = !advisory.spoken && state.told?.directive === advisory.directive;
+    state.told = goesOn ? { ...advisory, tick: state.told.tick } : advisory;  // not announced anew to a reader of screens
     state.toldAt = performance.now();
   }
   show();
