@@ -323,6 +323,7 @@ def test_the_page_speaks_what_was_decided_once_a_touch_has_switched_it_on(
     )
     for hazard in ("pedestrian", "held"):
         for _ in range(6):
+            drive[0].tick += 1
             drive[0].say(told(f"It is {hazard}", "alarm", kind="ACT", hazard=hazard))
         until(page, f"window.heard.at(-1).includes('It is {hazard}')")
     loud = "1.149999976158142"
