@@ -123,8 +123,8 @@ def advisory_of(
     seen: Observations,
     outcomes: tuple[Outcome, ...],
 ) -> Advisory:
-    """What the driver is told: the candidate's words, the gravest while the car is braked; without one, those of a warning that the
-    arbiter alone wants; while the car is held at standstill, what ends it."""
+    """What the driver is told: the candidate's words, the gravest where the car is braked or would be; without one, those of a warning
+    that the arbiter alone wants; while the car is held at standstill, what ends it."""
     preferences = state.preferences
     directive, justification = fused.directive, fused.justification
     urgency, hazard, topic, asked_mps, picture = (
@@ -134,17 +134,18 @@ def advisory_of(
         fused.asked_mps,
         fused.picture,
     )
-    brakes = decision.kind == "ACT"
-    if brakes and stands(state.world):
+    acts = decision.kind == "ACT"
+    grave = acts or decision.act_withheld != ""
+    if acts and stands(state.world):
         hazard, topic, urgency, directive = HELD, "caution", "alarm", say(preferences, "directive", HELD)
         asked_mps, picture = fused.target_mps, Picture(face="caution", country=state.signs.country or "")
-    elif decision.kind != "SILENT" and (chosen is None or (brakes and not chosen.hazard)):
+    elif decision.kind != "SILENT" and (chosen is None or (acts and not chosen.hazard)):
         hazard = decision.hazard or "caution"
         topic = {"closing_lead": "lead", "pedestrian": "person"}.get(hazard, "caution")
-        urgency = "alarm" if brakes else "warning"
-        directive = say(preferences, "directive", f"{topic}_alarm" if brakes else topic)
+        urgency = "alarm" if grave else "warning"
+        directive = say(preferences, "directive", f"{topic}_alarm" if grave else topic)
         asked_mps, picture = fused.target_mps, Picture(face=face(topic), country=state.signs.country or "")
-    elif brakes and chosen is not None:
+    elif grave and chosen is not None:
         urgency, directive = "alarm", say(preferences, "directive", graver(chosen.phrase), **chosen.values)
     if decision.act_withheld:
         withheld = say(preferences, "justification", "withheld", why=decision.act_withheld)

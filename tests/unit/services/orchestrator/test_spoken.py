@@ -173,7 +173,7 @@ def test_two_foreign_plates_in_turn_are_explained_once_each() -> None:
         ({"kind": "SPEAK", "reason": "hazard: closing_lead"}, "Brake: vehicle ahead", "warning"),
         (
             {"kind": "SPEAK", "reason": "ACT withheld: no grant", "act_withheld": "no grant"},
-            "Brake: vehicle ahead",
+            "Brake! Vehicle",
             "alarm",
         ),
         (
