@@ -137,7 +137,7 @@ class Tally:
             self._event_ms.append(advisory.event_to_advice_ms)
         if advisory.snapshot_to_advice_ms is not None:
             self._snapshot_ms.append(advisory.snapshot_to_advice_ms)
-        if self._hearing.hears(advisory, round(self.now_s * 1e9)):
+        if self._hearing.hears(advisory, advisory.snapshot_stamp_ns):
             self.spoken.append((self.now_s, advisory))
             self._answered(advisory)
             if advisory.urgency in _URGENT and advisory.hazard:

@@ -128,9 +128,9 @@ def _path(ticks: Iterable[Tick], of: Callable[[Tick], float | None], scale: _Sca
 
 def _marks(ticks: Iterable[Tick], scale: _Scale) -> Iterable[Mark]:
     ends = [0.0, 0.0]
-    hears = Hearing().hears
-    heard = (each for each in ticks if hears(each.advisory, each.stamp_ns))
-    for number, tick in enumerate(heard, start=1):
+    hearing = Hearing()
+    told = (each for each in ticks if hearing.hears(each.advisory, each.stamp_ns) or hearing.begins)
+    for number, tick in enumerate(told, start=1):
         x = scale.x(tick.stamp_ns)
         row = next((k for k, end in enumerate(ends) if x >= end), 0)
         ends[row] = x + 14.0

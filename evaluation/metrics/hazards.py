@@ -94,7 +94,7 @@ def by_kind(told: Sequence[Answer]) -> dict[str, tuple[Answer, ...]]:
 
 
 def _answer(record: Record, episode: Episode) -> Answer:
-    about = [each for each in record.spoken if _in_time(each, episode) and _is_on(record, each, episode)]
+    about = [each for each, _ in record.told if _in_time(each, episode) and _is_on(record, each, episode)]
     effective = (each for each in about if _effective(record, each, episode))
     first = next(effective, None)
     return Answer(

@@ -70,8 +70,16 @@ class Record:
     @cached_property
     def spoken(self) -> tuple[At[Advisory], ...]:
         """The messages that the driver hears, as the cockpit speaks them."""
-        hears = Hearing().hears
-        return tuple(each for each in self.advisories if hears(each.message, round(each.time_s * 1e9)))
+        return tuple(each for each, heard in self.told if heard)
+
+    @cached_property
+    def told(self) -> tuple[tuple[At[Advisory], bool], ...]:
+        """The same with where each intervention begins, and whether each is heard."""
+        hearing = Hearing()
+        judged = [
+            (each, hearing.hears(each.message, round(each.time_s * 1e9)), hearing.begins) for each in self.advisories
+        ]
+        return tuple((each, heard) for each, heard, begins in judged if heard or begins)
 
     def outcome(self) -> str:
         """A digest of all of it, in hex: runs that came out alike have the same. The last tick's decision may come after the end

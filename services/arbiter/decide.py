@@ -347,7 +347,8 @@ def _say(
         judged = _suggests(inputs) is None
         reason = _act_reason(weighed, state, braking) if judged else "the fused advice warns: passed on"
         return _Said("ACT", reason, hazard)
-    if braking.withheld and pressing.fresh:
+    ended = act.going(state.intervention, state.run_ns) and not pressing.answered
+    if braking.withheld and (pressing.fresh or ended):
         return _Said("SPEAK", f"ACT withheld: {braking.withheld}", hazard)
     if passing is not None:
         passed, reason = passing.said(request)
@@ -372,9 +373,14 @@ def _say(
 def _remembered(
     state: ArbiterState, request: ArbitrationRequest, word: _Said, pressing: _Pressing, inputs: Inputs
 ) -> ArbiterState:
-    """The state after what is spoken, with everyone who is in the path at that word."""
-    if word.kind == "SILENT":
+    """The state after what is spoken, with everyone who is in the path at that word. An intervention's words stand in every tick
+    and are spoken in their time; what they do not say is still owed.
+    """
+    acts = word.kind == "ACT"
+    if word.kind == "SILENT" or (acts and not pressing.fresh):
         return state
+    if acts and not request.fused.hazard:
+        request = msgspec.structs.replace(request, message=None)
     views = (request_view(request), inputs.reading.view)
     in_path = tuple(sorted({track.track_id for view in views for track in view.actors}))
     memory = said(state.memory, request, word.hazard, inputs.now_ns, alarm=pressing.alarm, track_ids=in_path)

@@ -329,6 +329,12 @@ def test_the_page_speaks_what_was_decided_once_a_touch_has_switched_it_on(
     loud = "1.149999976158142"
     assert page.evaluate("window.heard")[3:] == ["cut", f"en It is pedestrian {loud}", "cut", f"en It is held {loud}"]
     assert page.evaluate("window.alarms") == 2, "a reader of screens is told of each once"
+    page.click("#settings")
+    page.uncheck("#voice")
+    drive[0].say(told("It is late", "alarm", kind="ACT", hazard="closing_lead"))
+    page.check("#voice")
+    drive[0].say(told("It is late", "alarm", kind="ACT", hazard="closing_lead"))
+    until(page, "window.heard.at(-1).includes('It is late')")
     page.close()
 
 

@@ -5,11 +5,11 @@ import { ICONS, LAMPS, crossedOut, face, limitSign, urgencyShape } from "./signs
 import { speak, tone } from "./speech.js";
 import { inUse, say, setLanguage } from "./words.js";
 
-const STALE_MS = 900, LOOK_MS = 100, SOUND_PERIOD_MS = 1000;
+const STALE_MS = 900, LOOK_MS = 100, SOUND_PERIOD_MS = 1000, OWED_MS = 4500;
 const SHOWN_MS = { info: 8000, advice: 8000, warning: 8000, alarm: 6000 };
 const URGENCY = { info: "informs", advice: "advises", warning: "warns", alarm: "alarms" };
 const find = (id) => document.getElementById(id);
-const state = { speed: null, told: null, toldAt: -Infinity, missing: [], unit: "km/h", chosen: "", cameAt: -Infinity, soundedAt: -Infinity, stale: true };
+const state = { speed: null, told: null, toldAt: -Infinity, missing: [], unit: "km/h", chosen: "", cameAt: -Infinity, soundedAt: -Infinity, aloudAt: -Infinity, stale: true };
 const drawn = new Map();
 
 // Draws a part only when what it shows has changed.
@@ -132,7 +132,9 @@ const onAdvisory = (advisory) => {
     state.toldAt = performance.now();
   }
   show();
-  if (advisory.spoken) speak(advisory);
+  // A page that came late, or whose voice was off, has not said the words of an intervention that goes on.
+  const owed = advisory.kind === "ACT" && performance.now() - state.aloudAt > OWED_MS;
+  if (advisory.spoken || owed) state.aloudAt = speak(advisory) ? performance.now() : -Infinity;
 };
 
 const follow = () => {

@@ -40,7 +40,7 @@ export const tone = (urgency) => {
 };
 
 export const speak = ({ directive, urgency, language }) => {
-  if (!isOn() || !available() || !directive) return;
+  if (!isOn() || !available() || !directive) return false;
   if (urgency === "alarm") speechSynthesis.cancel();
   const said = new SpeechSynthesisUtterance(directive);
   said.lang = language;
@@ -54,4 +54,5 @@ export const speak = ({ directive, urgency, language }) => {
   };
   const mine = (waiting += 1);
   setTimeout(begin, 1000 * tone(urgency));
+  return true;
 };

@@ -5,7 +5,7 @@ from typing import NamedTuple
 from hypothesis import given
 from hypothesis import strategies as st
 
-from domain.hearing import ACT_PAUSE_S, WORDS_S, Hearing
+from domain.hearing import ACT_PAUSE_S, REPEAT_S, WORDS_S, Hearing
 
 TICK_NS = 100_000_000
 
@@ -45,10 +45,32 @@ def test_the_alarm_that_was_just_spoken_is_not_said_again_as_the_car_brakes() ->
         assert hears(Said("ACT", act), round(seconds * 1e9)) is heard
 
 
+def test_an_intervention_that_lasts_is_said_again_in_its_time() -> None:
+    hears = Hearing().hears
+    heard = [n for n in range(100) if hears(Said("ACT", "held"), n * TICK_NS)]
+    assert heard == [0, 40, 80]
+    assert REPEAT_S == 4.0
+
+
+def test_a_caution_is_heard_where_the_intervention_has_named_nothing() -> None:
+    for before in (None, Said("SPEAK", "vehicle_fault"), Said("SPEAK", "", "alarm", "vehicle")):
+        hears = Hearing().hears
+        if before is not None:
+            hears(before, 0)
+        assert hears(Said("ACT", "caution"), TICK_NS)
+
+
+def test_an_intervention_begins_whether_its_words_are_spoken_or_not() -> None:
+    hearing = Hearing()
+    told = [Said("SPEAK", "pedestrian"), *[Said("ACT", "pedestrian")] * 3, Said("SILENT")]
+    begun = [(hearing.hears(each, n * TICK_NS), hearing.begins) for n, each in enumerate(told)]
+    assert begun == [(True, False), (False, True), (False, False), (False, False), (False, False)]
+
+
 @given(
     st.lists(
         st.tuples(
-            st.sampled_from(["SILENT", "SPEAK", "ACT"]), st.sampled_from("abc"), st.sampled_from(["warning", "alarm"]),
+            st.sampled_from(["SILENT", "SPEAK", "ACT"]), st.sampled_from(["a", "b", "caution"]), st.sampled_from(["warning", "alarm"]),
             st.integers(-9, 9),
         )
     )
@@ -61,5 +83,5 @@ def test_every_word_is_heard_no_silence_and_of_the_first_intervention_the_alarm_
     for n, (kind, about, _, _) in enumerate(ticks):
         if kind != "ACT":
             assert heard[n] == (kind == "SPEAK")
-        else:
+        elif about != "caution":
             assert any(told and other[1] == about for told, other in zip(heard[: n + 1], ticks, strict=False))

@@ -19,7 +19,6 @@ from app.report.page import page
 from app.report.story import flip_in_words
 from app.report.ticks import Advisory, Inputs, Limit, Tick, Told
 from app.report.timeline import HEIGHT, WIDTH, timeline
-from domain.hearing import Hearing
 from drivemcp.cli import run
 from drivemcp.pictures import Image, draw_boxes
 from proto.decision import TraceRecord
@@ -213,8 +212,8 @@ def test_the_plot_stays_in_its_frame_whatever_a_log_holds(
             assert 0.0 <= float(x) <= WIDTH
             assert 0.0 <= float(y) <= HEIGHT
     assert all(x >= 0.0 and x + wide <= WIDTH + 1.0 for x, wide in plot.degraded)
-    hears = Hearing().hears
-    assert len(plot.marks) == sum(hears(each.advisory, each.stamp_ns) for each in made)
+    words = sum(each.advisory.kind == "SPEAK" for each in made)
+    assert words <= len(plot.marks) <= words + sum(each.advisory.kind == "ACT" for each in made)
 
 
 def _ego(speed: float | None) -> Inputs:

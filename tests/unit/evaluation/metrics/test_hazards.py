@@ -66,6 +66,11 @@ def test_a_word_too_late_for_the_median_driver_is_no_response() -> None:
     assert measure(early).hazard_response_s == pytest.approx((1.9,))
     assert measure(too_late).hazard_response_s == ()
     assert (measure(too_late).hazards, measure(too_late).hazards_answered) == (1, 0)
+    # an intervention is an answer though its words, just heard in the alarm, are not said again
+    alarm, acts = said(4.0, **LEAD | {"urgency": "alarm"}), tuple(said(4.5 + n / 10.0, "ACT", **LEAD) for n in range(3))
+    braked = Record(truths=truths(6.0, nearer), advisories=(alarm, *acts))
+    assert [each.time_s for each in braked.spoken] == [4.0]
+    assert measure(braked).hazard_response_s == pytest.approx((2.5,))
     # it has escalated all the same
     assert measure(too_late).ttc_escalation_s == pytest.approx((1.88,))
 

@@ -218,7 +218,7 @@ def test_an_overspeed_is_heard_when_it_begins_to_sound_and_not_when_muted(tmp_pa
 def test_an_intervention_is_spoken_once_though_every_tick_brakes(tmp_path: Path) -> None:
     with bus() as b:
         node = b.start(SERVICE, CockpitConfig(wav=str(tmp_path)))
-        for words, hazard in (("Brake! Person", "pedestrian"), ("Foot on the brake", "caution")):
+        for words, hazard in (("Brake! Person", "pedestrian"), ("Foot on the brake", "held")):
             for tick in range(8):
                 b.probe.publish(topics.ADVISORY, told(words, "alarm", kind="ACT", hazard=hazard, tick=tick))
             assert wait_settled(

@@ -285,10 +285,12 @@ def test_while_the_car_brakes_the_words_are_the_gravest_whatever_the_driver_was_
     """A person that is an alarm in one tick and a warning in the next would else change the words ten times a second."""
     drive = Drive(speed_mps=12.0)
     drive.ticks(20)
+    drive.ask.decide = lambda request: replace(locally(request), kind="SPEAK", hazard="closing_lead")
     for braking in range(8):
-        drive.ask.decide = lambda request, acts=braking >= 2: replace(
-            locally(request), kind="ACT" if acts else "SPEAK", hazard="closing_lead", brake_mps2=4.0 if acts else 0.0
-        )
+        if braking == 2:
+            drive.ask.decide = lambda request: replace(
+                locally(request), kind="ACT", hazard="closing_lead", brake_mps2=4.0
+            )
         drive.tracks = (actor(gap_m=30.0 - braking, closing_mps=10.0),)
         drive.tick()
     told = [(t.advisory.directive, t.advisory.urgency) for _, _, t in drive.history if t.advisory.kind == "ACT"]

@@ -7,6 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from proto.messages import Kind
+from proto.speech import Message, News
 from services.arbiter.assessment.assess import View
 from services.arbiter.assessment.reading import Pedals
 from services.arbiter.braking.act import Permission, budget_s
@@ -74,6 +76,34 @@ def test_a_soft_grant_brakes_no_harder_and_no_longer_than_it_says() -> None:
     assert max(values) <= GRANTED.max_deceleration_mps2
     assert len(values) <= 10 * GRANTED.max_duration_s
     assert {each.command.envelope for each in moments if each.command is not None} == {"soft"}
+
+
+def test_an_intervention_that_ends_while_its_danger_remains_is_said_at_once() -> None:
+    moments = drive(22.0, 110.0, permission=GRANTED, ticks=60)
+    over = first(moments) + braked(moments)[first(moments) :].index(False)
+    assert moments[over].gap_m > 0.0
+    assert moments[over].speed_mps > 5.0
+    assert (moments[over].kind, moments[over].hazard) == ("SPEAK", "closing_lead")
+    assert moments[over].withheld == "the longest braking allowed is over"
+
+
+def test_what_the_words_of_an_intervention_leave_out_is_still_owed() -> None:
+    """The car is held, nobody is in view any more, and a fault comes up: "Foot on the brake" does not tell it."""
+    fault = Message(kind=Kind.VEHICLE, news=News(what="brake"), names=("brake",))
+
+    def unseen(tick: int, asked: Asked) -> Asked:
+        if tick < 100:
+            return asked
+        view = msgspec.structs.replace(asked.inputs.reading.view, actors=())
+        quiet = msgspec.structs.replace(asked.request.fused, hazard="", first_notice=True, urgency="warning")
+        told = msgspec.structs.replace(asked.request, lead=None, fused=quiet, message=fault)
+        reading = msgspec.structs.replace(asked.inputs.reading, view=view)
+        return Asked(told, msgspec.structs.replace(asked.inputs, reading=reading))
+
+    moments = approach(8.0, change=unseen)
+    assert {(each.kind, each.hazard) for each in moments[100:]} == {("ACT", "")}
+    assert moments[-1].state.memory.noticed == ()
+    assert moments[-1].state.memory.last(Kind.VEHICLE) is None
 
 
 def test_braking_ends_when_the_lead_is_no_slower() -> None:
