@@ -141,9 +141,9 @@ class CentreDetector:
 
     def _closer(self, rgb: Picture) -> _Found:
         """What the enlarged strip shows, in pixels of the whole picture; nothing that its edge may have cut."""
-        canvas, top, scale = strip(rgb)
+        canvas, (top, bottom), scale = strip(rgb)
         boxes, scores, kinds = self._found(canvas)
-        rows, columns = scale * (strip_rows(*rgb.shape[:2])[1] - top), scale * rgb.shape[1]
+        rows, columns = scale * (bottom - top), scale * rgb.shape[1]
         near = np.full((len(boxes), 2), CUT_PX, np.float32)
         near[:, 1] = np.maximum(CUT_PX, CUT_SHARE * (boxes[:, 3] - boxes[:, 1]))
         uncut = ((boxes[:, :2] >= near) & (boxes[:, 2:] <= (columns, rows) - near)).all(axis=1)
@@ -188,12 +188,12 @@ def strip_rows(height_px: int, width_px: int) -> tuple[int, int]:
     return top, top + rows
 
 
-def strip(rgb: Picture) -> tuple[Picture, int, float]:
-    """The picture's strip about the horizon, enlarged (1, H, W, 3), its upper row in the picture, and the scale."""
+def strip(rgb: Picture) -> tuple[Picture, tuple[int, int], float]:
+    """The picture's strip about the horizon, enlarged (1, H, W, 3), its upper and lower row in the picture, and the scale."""
     top, bottom = strip_rows(*rgb.shape[:2])
     size = formed((bottom - top, rgb.shape[1]), CLOSER_PX, MOST_ENLARGED)
     canvas, scale = whole(rgb[top:bottom], size, enlarging=cv2.INTER_CUBIC)
-    return canvas, top, scale
+    return canvas, (top, bottom), scale
 
 
 def _probabilities(scores: FloatArray, curves: FloatArray) -> FloatArray:

@@ -69,12 +69,12 @@ def test_the_closer_look_distorts_no_picture_and_has_the_horizon(size: tuple[int
     assert 0 <= top < 0.5 * height < bottom <= height
     disc = np.zeros((*size, 3), np.uint8)
     cv2.circle(disc, (width // 2, (top + bottom) // 2), (bottom - top) // 4, (255,) * 3, -1)
-    canvas, first, scale = strip(disc)
+    canvas, shown, scale = strip(disc)
     rows, columns = np.nonzero(canvas[0, :, :, 0] > 127)
     assert canvas[0, :, :, 0].size <= np.prod(CLOSER_PX)
     assert scale <= 1.1 * MOST_ENLARGED, "by a canvas rounded up to 32 px"
     assert np.ptp(columns) == pytest.approx(np.ptp(rows), abs=2)
-    assert first == top
+    assert shown == (top, bottom)
     assert columns.mean() / scale == pytest.approx(width / 2, abs=1)
 
 
