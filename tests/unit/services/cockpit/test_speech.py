@@ -7,6 +7,7 @@ import stat
 import threading
 import time
 import wave
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -216,15 +217,16 @@ def test_an_overspeed_is_heard_when_it_begins_to_sound_and_not_when_muted(tmp_pa
 
 @SPOKEN
 def test_an_intervention_is_spoken_once_though_every_tick_brakes(tmp_path: Path) -> None:
+    def last_is(words: str) -> bool:
+        return [line["text"] for line in spoken(tmp_path)][-1:] == [words]
+
     with bus() as b:
         node = b.start(SERVICE, CockpitConfig(wav=str(tmp_path)))
         for words, hazard in (("Brake! Person", "pedestrian"), ("Foot on the brake", "held")):
             for tick in range(8):
                 b.probe.publish(topics.ADVISORY, told(words, "alarm", kind="ACT", hazard=hazard, tick=tick))
-            assert wait_settled(
-                lambda words=words: spoken(tmp_path)[-1:] and spoken(tmp_path)[-1]["text"] == words, 15.0
-            )  # type: ignore[misc]
+            assert wait_settled(partial(last_is, words), 15.0)
         b.probe.publish(topics.ADVISORY, told("50", "info"))
-        assert wait_settled(lambda: spoken(tmp_path)[-1]["text"] == "50", 15.0)
+        assert wait_settled(partial(last_is, "50"), 15.0)
         node.close()
     assert [line["text"] for line in spoken(tmp_path)] == ["Brake! Person", "Foot on the brake", "50"]
