@@ -36,6 +36,10 @@ class Hearing:
         """Whether this intervention has named something."""
         self._alarm: tuple[str, int] | None = None
 
+    def notes(self, advisory: Told, now_ns: int) -> bool:
+        """Whether it is spoken, or begins an intervention: what a list of messages shows."""
+        return self.hears(advisory, now_ns) or self.begins
+
     def hears(self, advisory: Told, now_ns: int) -> bool:
         """Whether it is spoken: every SPEAK; of an ACT each hazard (else its topic) once in 4 s, and none that an alarm was just about.
 
@@ -48,8 +52,8 @@ class Hearing:
         if advisory.kind != "ACT":
             return advisory.kind == "SPEAK"
         if self._acted_ns is None or abs(now_ns - self._acted_ns) >= ACT_PAUSE_S * 1e9:
-            recent = self._alarm is not None and abs(now_ns - self._alarm[1]) < WORDS_S * 1e9
-            self._heard_ns = dict([self._alarm]) if recent and self._alarm is not None else {}
+            alarms = () if self._alarm is None else (self._alarm,)
+            self._heard_ns = {each: at_ns for each, at_ns in alarms if abs(now_ns - at_ns) < WORDS_S * 1e9}
             self._names, self.begins = False, True
         self._acted_ns = now_ns
         heard_ns = self._heard_ns.get(about)

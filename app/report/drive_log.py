@@ -176,7 +176,7 @@ def _take(log: DriveLog, logged: Logged, pictures: _Held, boxes: _Held) -> None:
 
 def _add_tick(log: DriveLog, trace: bytes, pictures: _Held, boxes: _Held) -> None:
     tick = _TICKS.decode(trace)
-    if log.hearing.hears(tick.advisory, tick.stamp_ns) or log.hearing.begins:
+    if log.hearing.notes(tick.advisory, tick.stamp_ns):
         shown = len(log.spoken) < MOST_PICTURES
         at_ns = tick.advisory.snapshot_stamp_ns or tick.stamp_ns
         jpeg = jpeg_of(pictures.at(at_ns) or b"") if shown else b""

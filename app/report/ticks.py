@@ -79,7 +79,6 @@ class Advisory(msgspec.Struct, frozen=True):
     urgency: str = ""
     hazard: str = ""
     topic: str = ""
-
     target_mps: float | None = None
     legal_limit: Limit | None = None
     unit: str = "km/h"

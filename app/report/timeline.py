@@ -128,8 +128,8 @@ def _path(ticks: Iterable[Tick], of: Callable[[Tick], float | None], scale: _Sca
 
 def _marks(ticks: Iterable[Tick], scale: _Scale) -> Iterable[Mark]:
     ends = [0.0, 0.0]
-    hearing = Hearing()
-    told = (each for each in ticks if hearing.hears(each.advisory, each.stamp_ns) or hearing.begins)
+    notes = Hearing().notes
+    told = (each for each in ticks if notes(each.advisory, each.stamp_ns))
     for number, tick in enumerate(told, start=1):
         x = scale.x(tick.stamp_ns)
         row = next((k for k, end in enumerate(ends) if x >= end), 0)

@@ -20,7 +20,7 @@ HOW_AGAINST = (
     f"randomisation of the pairs comes as far by chance in fewer than {CHANCE * 100:g} % of cases, for which eight places, "
     "and the mean, have to differ by half of the last digit shown."
 )
-Verdict = Literal["as in the paper", "the other way round", "not told apart", "not measured"]
+Verdict = Literal["as in the paper", "the other way round", "without a significant difference", "not measured"]
 
 
 class Difference(msgspec.Struct, frozen=True, kw_only=True):
@@ -65,8 +65,7 @@ class Order(msgspec.Struct, frozen=True, kw_only=True):
 def summary(found: Sequence[Order]) -> str:
     """How many of each verdict, and why latencies have none."""
     verdicts = [one.verdict for one in found]
-    words = {"not told apart": "without a significant difference"}
-    counts = ", ".join(f"{verdicts.count(each)} {words.get(each, each)}" for each in dict.fromkeys(verdicts))
+    counts = ", ".join(f"{verdicts.count(verdict)} {verdict}" for verdict in dict.fromkeys(verdicts))
     without = sum(one.assumed for one in found)
     why = (
         f" ({without} of them latencies that are assumed: none of the tools that a row's advice waits for was measured)"
@@ -174,5 +173,5 @@ def _verdict(apart: Difference) -> Verdict:
     if apart.value.value is None:
         return "not measured"
     if not apart.told_apart:
-        return "not told apart"
+        return "without a significant difference"
     return "as in the paper" if apart.value.value > 0.0 else "the other way round"

@@ -67,7 +67,7 @@ class Seen:
         self._tell(WORLD, False)
 
     def _on_advisory(self, message: Advisory, info: Received[Advisory]) -> None:
-        if self._hearing.hears(message, info.stamp_ns) or self._hearing.begins:
+        if self._hearing.notes(message, info.stamp_ns):
             self._said.append(info)
             self._tell(ADVICE, message.urgency in ("warning", "alarm"))
 

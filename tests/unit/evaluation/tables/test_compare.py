@@ -10,14 +10,14 @@ from evaluation.tables.compare import against, lines_of, orders, told_of, with_a
 from tests.unit.evaluation.evaluate.made import far, kept, table
 
 
-@pytest.mark.parametrize(("places", "verdict"), [(7, "not told apart"), (8, "as in the paper")])
+@pytest.mark.parametrize(("places", "verdict"), [(7, "without a significant difference"), (8, "as in the paper")])
 def test_orders_are_told_apart_place_by_place_once_there_are_eight(places: int, verdict: str) -> None:
     found = orders(table("results", far, places))
     of = {(one.group, one.first, one.second): one for one in found if one.column == "infractions"}
     assert of["CROSS-BORDER", "VLM-Direct", "DriveMCP"].verdict == verdict
     assert of["CROSS-BORDER", "VLM-Direct", "DriveMCP"].places == places
     assert of["CROSS-BORDER", "VLM-Direct", "DriveMCP"].paper_ratio == pytest.approx(4.5)
-    assert of["CROSS-BORDER", "VLM-Direct", "VLM-Direct+RAG"].verdict == "not told apart"
+    assert of["CROSS-BORDER", "VLM-Direct", "VLM-Direct+RAG"].verdict == "without a significant difference"
 
 
 def uneven(row: Row, number: int) -> Kept | None:

@@ -88,7 +88,7 @@ def test_an_intervention_that_ends_while_its_danger_remains_is_said_at_once() ->
 
 
 def test_what_the_words_of_an_intervention_leave_out_is_still_owed() -> None:
-    """The car is held, nobody is in view any more, and a fault comes up: "Foot on the brake" does not tell it."""
+    """A held car loses sight of the road user ahead, and reports a fault. The words "Foot on the brake" do not tell the fault."""
     fault = Message(kind=Kind.VEHICLE, news=News(what="brake"), names=("brake",))
 
     def unseen(tick: int, asked: Asked) -> Asked:
