@@ -14,6 +14,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import NamedTuple
 
+from scripts.syntax import parsed
+
 SINGLE = (ast.If, ast.IfExp, ast.For, ast.AsyncFor, ast.While, ast.ExceptHandler, ast.match_case)
 FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef)
 LAYOUT = {
@@ -69,7 +71,7 @@ def code_lines(source: str) -> int:
     for token in tokenize.generate_tokens(io.StringIO(source).readline):
         if token.type not in LAYOUT:
             held.update(range(token.start[0], token.end[0] + 1))
-    for node in ast.walk(ast.parse(source)):
+    for node in ast.walk(parsed(source)):
         if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str):
             held.difference_update(range(node.lineno, (node.end_lineno or node.lineno) + 1))
     lines = source.splitlines()
@@ -78,13 +80,13 @@ def code_lines(source: str) -> int:
 
 def count(source: str) -> Count:
     """One module."""
-    found = sum(map(branches, ast.walk(ast.parse(source))))
+    found = sum(map(branches, ast.walk(parsed(source))))
     return Count(len(source.splitlines()), code_lines(source), found)
 
 
 def functions(source: str, file: Path) -> Iterator[Function]:
     """All functions and methods of a module."""
-    for node in ast.walk(ast.parse(source)):
+    for node in ast.walk(parsed(source)):
         if isinstance(node, FUNCTIONS):
             yield Function(sum(map(branches, _own(node))), node.name, file, node.lineno)
 

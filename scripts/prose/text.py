@@ -6,6 +6,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
+from scripts.syntax import parsed
+
 FENCE = re.compile(r"^\s*(?P<marks>`{3,}|~{3,})(?P<info>.*)$")
 BLOCK = re.compile(r"^\s*([-*+>]|\d+\.|#+)\s+")
 END = re.compile(r"(?<=[.!?:;])\s+(?=[A-Z*`\"(\[])")
@@ -50,7 +52,7 @@ def _closes(mark: re.Match[str], fence: str) -> bool:
 
 def of_code(text: str) -> Iterator[Sentence]:
     """The sentences of a module's docstrings, those of fields and constants included."""
-    for node in ast.walk(ast.parse(text)):
+    for node in ast.walk(parsed(text)):
         if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str):
             for paragraph in re.split(r"\n\s*\n|\n\s*-\s", node.value.value):
                 yield from _sentences(" ".join(paragraph.split()), node.lineno)

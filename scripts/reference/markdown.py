@@ -8,6 +8,8 @@ from collections.abc import Iterable, Sequence
 
 import msgspec
 
+from scripts.syntax import parsed
+
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """A table. Every cell is one line."""
@@ -38,7 +40,7 @@ def field_docs(struct: type[msgspec.Struct]) -> dict[str, str]:
     for kind in reversed(struct.__mro__):
         if not issubclass(kind, msgspec.Struct) or kind is msgspec.Struct:
             continue
-        body = ast.parse(textwrap.dedent(inspect.getsource(kind))).body[0]
+        body = parsed(textwrap.dedent(inspect.getsource(kind))).body[0]
         assert isinstance(body, ast.ClassDef)
         for field, below in zip(body.body, body.body[1:], strict=False):
             if isinstance(field, ast.AnnAssign) and isinstance(below, ast.Expr) and isinstance(field.target, ast.Name):

@@ -15,6 +15,7 @@ from drivemcp.registry import load_service
 from proto.services import SERVICES
 from proto.tools import ToolEntry
 from scripts.reference.markdown import code, page, table
+from scripts.syntax import parsed
 
 ROOT = Path(__file__).parents[2]
 
@@ -113,7 +114,7 @@ def _type(schema: dict[str, Any]) -> str:
 def _refusals(folder: Path) -> Iterator[str]:
     """What the code of a service words as ToolFailed; `…` stands for what differs from call to call."""
     for file in sorted(folder.rglob("*.py")):
-        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        for node in ast.walk(parsed(file.read_text(encoding="utf-8"))):
             if isinstance(node, ast.Call) and node.args and ast.unparse(node.func) == "ToolFailed":
                 yield from filter(None, [_words(node.args[0])])
 

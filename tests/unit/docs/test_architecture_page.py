@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from proto.topics import TOPICS
+from scripts.syntax import parsed
 
 ROOT = Path(__file__).parents[3]
 PAGE = (ROOT / "docs" / "explanation" / "architecture.md").read_text(encoding="utf-8")
@@ -28,7 +29,7 @@ def file_of(name: str) -> str:
 def imported(file: str) -> frozenset[str]:
     """The files of this repository that a file imports, inside functions too."""
     found: set[str] = set()
-    for node in ast.walk(ast.parse((ROOT / file).read_text(encoding="utf-8"))):
+    for node in ast.walk(parsed((ROOT / file).read_text(encoding="utf-8"))):
         if isinstance(node, ast.ImportFrom) and node.module:
             found |= {file_of(f"{node.module}.{each.name}") or file_of(node.module) for each in node.names}
         elif isinstance(node, ast.Import):

@@ -8,6 +8,7 @@ import pytest
 
 import services
 from proto.services import SERVICES, ServiceRow
+from scripts.syntax import parsed
 
 FOLDER = Path(services.__path__[0])
 
@@ -28,4 +29,4 @@ def makes_a_tool(node: ast.expr) -> bool:
 @pytest.mark.parametrize("row", SERVICES, ids=lambda row: row.name)
 def test_the_table_names_the_tools_of_each_service(row: ServiceRow) -> None:
     files = sorted((FOLDER / row.name).rglob("*.py"))
-    assert {tool for file in files for tool in offered(ast.parse(file.read_text(encoding="utf-8")))} == {*row.tools}
+    assert {tool for file in files for tool in offered(parsed(file.read_text(encoding="utf-8")))} == {*row.tools}
