@@ -285,9 +285,7 @@ class FrontEnd:
 
     def _open(self, key: Key, kind: str, region: Region, stamp_ns: int) -> None:
         if key not in self.tracks:
-            self.tracks[key] = SignTrack(
-                camera=key[0], track_id=key[1], kind=kind, first_ns=stamp_ns, seen_ns=stamp_ns, region=region
-            )
+            self.tracks[key] = SignTrack.opened(key, kind, region, stamp_ns)
 
     def _take(self, look: Look, readings: Readings, stamp_ns: int) -> None:
         track = self.tracks[look.key]
@@ -394,7 +392,7 @@ class FrontEnd:
     def _passed(self, key: Key) -> tuple[Fact, ...]:
         facts = self._facts(key, passed=True)
         track = self._forget(key)
-        if not any(fact.grounding for fact in facts):
+        if track.grew and not any(fact.grounding for fact in facts):
             self._learn(key, track)
         for fact in facts:
             if fact.believed and fact.reading in ROAD_TYPES:

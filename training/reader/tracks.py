@@ -39,7 +39,7 @@ def approach(label: str, source: Source, reader: Reader, chance: Chance, hard: f
     face, now, speed_mps = source.face(label, chance), any_conditions(chance, hard), float(chance.uniform(8, 36))
     size_m, kind = (1.2, "panel") if label.startswith("led:") else (0.6, "sign")
     distance_m = _SEEN_FROM_M * size_m / 0.6 - float(chance.uniform(0, 8))
-    track = SignTrack(camera="tele", track_id=1, kind=kind, first_ns=0, seen_ns=0, region=Region(0, 0, 1, 1))
+    track = SignTrack.opened(("tele", 1), kind, Region(0, 0, 1, 1), 0)
     beliefs, size_px = [], 0.0
     while distance_m > _LEAVES_AT_M:
         size_px = FOCAL_TELE_PX * size_m / distance_m

@@ -26,7 +26,8 @@ def fact_of(track: SignTrack, here: Here, *, passed: bool = False) -> Fact | Non
     """The fact of a track: believed, or a doubted candidate; None where there is nothing worth saying."""
     best = track.belief()
     statement = statement_of(best.reading)
-    believed = track.believed(best) and admitted(statement, here.jurisdiction)
+    stands_there = track.grew or not passed
+    believed = track.believed(best) and stands_there and admitted(statement, here.jurisdiction)
     if statement.kind == "plate" or not (believed or track.doubted(best)) or best.reading == OTHER:
         return None
     plates = (*_OWN_PLATES.get(best.reading.partition(":")[0], ()), *track.plates())

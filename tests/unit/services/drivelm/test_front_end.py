@@ -309,3 +309,31 @@ def test_silence_between_answers_never_adds_belief(place: int) -> None:
     facts = drive_past(FrontEnd(Scripted(speak), home="DEU"), speed_mps=12)
     assert next(turn) > place, "the one answer was given"
     assert not any(fact.believed for fact in facts)
+
+
+FREEING = ["border:GBR", "all_end", "limit_end", "town_exit:yellow", "motorway", "national", "limit:120", "zone_end"]
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    label=st.sampled_from(FREEING),
+    first_px=st.floats(10.0, 90.0),
+    jitter=st.lists(st.floats(0.9, 1.1), min_size=2, max_size=20),
+    fading=st.floats(0.8, 1.0),
+    speed_mps=st.floats(1.0, 60.0),
+)
+def test_what_does_not_grow_as_the_ego_comes_nearer_was_no_sign_that_is_passed(
+    label: str, first_px: float, jitter: list[float], fading: float, speed_mps: float
+) -> None:
+    """A board on a truck, a reflection: sure as its reading may be, no country, road or limit changes by it."""
+    end = _end(label, home="DEU")
+    said: list[Fact] = []
+    for at, share in enumerate([1.0, *jitter]):
+        stamp_ns = NS + at * NS // 5
+        said += end.see(sighting(stamp_ns, box_at(1443 * 0.6 / (first_px * share * fading**at), -3.5)))
+        said += end.settle(stamp_ns, speed_mps)
+    for second in range(3, 60):
+        said += end.settle(NS * (second + len(jitter)), speed_mps)
+    assert not any(fact.passed and fact.believed for fact in said)
+    assert end.country_belief.believed == "DEU"
+    assert end.road_type is None

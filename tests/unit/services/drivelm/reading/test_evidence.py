@@ -24,7 +24,7 @@ def _seen(frames: Sequence[Ranked], height_px: float = 30.0, keep: float = 1.0) 
 
 def _track(frames: Sequence[Ranked], height_px: float = 30.0, kind: str = "sign") -> SignTrack:
     region = Region(0, 0, height_px, height_px)
-    track = SignTrack(camera="tele", track_id=1, kind=kind, first_ns=0, seen_ns=0, region=region)
+    track = SignTrack.opened(("tele", 1), kind, region, 0)
     for ranked in frames:
         track = track.read(ranked, region, 0)
     return track
@@ -103,7 +103,7 @@ def test_a_light_that_changes_is_believed_anew_within_three_frames() -> None:
 
 def test_a_narrow_light_is_believed_from_twenty_pixels() -> None:
     region = Region(0, 0, 9, 20)
-    track = SignTrack(camera="tele", track_id=1, kind="light", first_ns=0, seen_ns=0, region=region)
+    track = SignTrack.opened(("tele", 1), "light", region, 0)
     for _ in range(6):
         track = track.read((("light:red", 0.97),), region, 0)
     assert track.believed(track.belief())
