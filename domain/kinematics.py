@@ -20,6 +20,19 @@ def needed_mps2(speed_mps: float, room_m: float, to_mps: float = 0.0) -> float:
     return (speed_mps**2 - to_mps**2) / (2.0 * max(LEAST_ROOM_M, room_m))
 
 
+def needed_behind_mps2(room_m: float, ego_mps: float, lead_mps: float, lead_brakes_mps2: float) -> float:
+    """The deceleration (m/s²) that keeps the room (m) to a car ahead that goes on braking as it does, until it stands."""
+    room, closing = max(LEAST_ROOM_M, room_m), max(0.0, ego_mps - lead_mps)
+    needed = needed_mps2(closing, room)
+    if lead_brakes_mps2 <= 0.0:
+        return needed
+    if (
+        closing > 0.0 and 2.0 * room / closing <= lead_mps / lead_brakes_mps2
+    ):  # the closing ends while that car still moves
+        return needed + lead_brakes_mps2
+    return max(needed, needed_mps2(ego_mps, room + lead_mps**2 / (2.0 * lead_brakes_mps2)))
+
+
 def paper_ttc_s(gap_m: float, closing_mps: float, epsilon_mps: float) -> float:
     """The paper's TTC = d / max(epsilon, closing speed)."""
     return gap_m / max(epsilon_mps, closing_mps)

@@ -34,14 +34,11 @@ class Across(NamedTuple):
     """A speed sideways of fewer standard deviations may be no motion at all."""
 
 
-def just_back(track: Track) -> bool:
-    """Whether a vehicle is seen again for the first time after a break."""
-    return track.kind == "vehicle" and track.steady_s is not None and track.steady_s <= 0.0
-
-
 def seen_well(track: Track, sight: Sight) -> bool:
-    """Whether a track is old enough, in sight, and not just back after a break."""
-    return not just_back(track) and track.age_s >= sight.young_s and track.unseen_s <= sight.lost_s
+    """Whether a track is old enough and in sight. A vehicle that is seen again after a break, or where it was not expected, is as young
+    as its sightings since: it may have been taken for another one."""
+    since_s = track.steady_s if track.kind == "vehicle" and track.steady_s is not None else track.age_s
+    return min(track.age_s, since_s) >= sight.young_s and track.unseen_s <= sight.lost_s
 
 
 def crosses_over(track: Track, speed_mps: float | None, across: Across) -> bool:
@@ -82,10 +79,17 @@ def is_passed(track: Track, gap_m: float, speed_mps: float | None, *, stands_mps
 
 
 def hides_others(track: Track, gap_m: float, sight: Sight) -> bool:
-    """Whether a road user is surely between the ego and what is farther away. One that overlaps the ego is a mistake, and
-    hides nothing."""
-    sure = track.confidence >= sight.certain and track.age_s >= sight.known_s
+    """Whether a road user is surely between the ego and what is farther away: certain and known, or seen without a break for five times
+    as long. One that overlaps the ego is a mistake, and hides nothing."""
+    steady_s = track.steady_s or 0.0
+    sure = steady_s >= 5.0 * sight.known_s or (track.confidence >= sight.certain and track.age_s >= sight.known_s)
     return track.in_ego_path and gap_m > 0.0 and sure and seen_well(track, sight)
+
+
+def shows_beyond_others(track: Track, sight: Sight) -> bool:
+    """Whether a vehicle behind another one in the path is surely there all the same: certain, known for twice as long, and not
+    coming towards the ego, since it would meet the other one first."""
+    return track.confidence >= sight.certain and track.age_s >= 2.0 * sight.known_s and not track.oncoming
 
 
 def shrinking_mps(seen: Sequence[tuple[int, float]], least_s: float) -> float | None:
@@ -97,9 +101,13 @@ def shrinking_mps(seen: Sequence[tuple[int, float]], least_s: float) -> float | 
     return (first_m - last_m) / seconds if seconds >= least_s else None
 
 
-def braking_needed_mps2(track: Track, gap_m: float, closing_mps: float, spare_m: float) -> float:
-    """What braking keeps `spare_m` to a vehicle ahead: what loses the closing speed till there, and what that vehicle brakes itself."""
-    return kinematics.needed_mps2(closing_mps, gap_m - spare_m) + max(0.0, -track.ax_mps2)
+def braking_needed_mps2(track: Track, gap_m: float, closing_mps: float, spare_m: float, ego_mps: float | None) -> float:
+    """What braking keeps `spare_m` to a vehicle ahead that goes on braking as it does; of one that comes towards the ego, or at an
+    unknown speed of the ego, as if that one never stood."""
+    brakes_mps2 = max(0.0, -track.ax_mps2)
+    if ego_mps is None or closing_mps > ego_mps:
+        return kinematics.needed_mps2(closing_mps, gap_m - spare_m) + brakes_mps2
+    return kinematics.needed_behind_mps2(gap_m - spare_m, ego_mps, ego_mps - closing_mps, brakes_mps2)
 
 
 def least_gap_m(track: Track, gap_m: float) -> float:

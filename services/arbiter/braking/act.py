@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import msgspec
 
+from domain.kinematics import needed_behind_mps2
 from domain.rss import GRAVITY_MPS2
 from proto.decision import BrakeCommand, Envelope
 from services.arbiter.assessment.assess import Numbers, View
@@ -78,13 +79,7 @@ def braking_on(numbers: Numbers, ego_mps: float, profile: Profile) -> tuple[floa
 
 def danger_mps2(numbers: Numbers, ego_mps: float, profile: Profile) -> float:
     """The deceleration that avoids the impact: `needed_mps2`, and more behind a lead that goes on braking as it does."""
-    room, closing = max(0.5, numbers.gap_m - profile.d0_m), min(max(0.0, numbers.closing_mps), max(0.0, ego_mps))
-    needed, (lead_mps, lead_mps2) = needed_mps2(numbers, ego_mps, profile), braking_on(numbers, ego_mps, profile)
-    if lead_mps2 <= 0.0:
-        return needed
-    if closing > 0.0 and 2.0 * room / closing <= lead_mps / lead_mps2:  # the closing ends while the lead still moves
-        return needed + lead_mps2
-    return max(needed, ego_mps * ego_mps / (2.0 * (room + lead_mps * lead_mps / (2.0 * lead_mps2))))
+    return needed_behind_mps2(numbers.gap_m - profile.d0_m, max(0.0, ego_mps), *braking_on(numbers, ego_mps, profile))
 
 
 def grip_mps2(view: View, profile: Profile) -> float:

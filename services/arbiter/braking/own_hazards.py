@@ -12,6 +12,7 @@ from domain.road_users import (
     is_passed,
     is_vehicle_there,
     seen_well,
+    shows_beyond_others,
 )
 from proto.perception import Track
 from services.arbiter.assessment.assess import Numbers, View, each, speak_bounds
@@ -56,7 +57,7 @@ def _hazardous(numbers: Numbers, view: View, sightings: tuple[Sighting, ...], pr
     return (
         numbers.ttc_s is not None
         and numbers.ttc_s < profile.tau_hazard_s
-        and _needs_braking(numbers, profile)
+        and _needs_braking(numbers, view, profile)
         and numbers.closing_mps > max(0.5, profile.speed_sigmas * track.sigma_vx_mps)
         and track.sigma_vx_mps <= profile.speed_known_mps
         and seen_well(track, sight(profile))
@@ -68,12 +69,14 @@ def _hazardous(numbers: Numbers, view: View, sightings: tuple[Sighting, ...], pr
     )
 
 
-def _needs_braking(numbers: Numbers, profile: Profile) -> bool:
-    """Whether a vehicle needs more than comfortable braking: in a crawling queue every time to collision is short."""
+def _needs_braking(numbers: Numbers, view: View, profile: Profile) -> bool:
+    """Whether a vehicle needs more than comfortable braking, and more than the driver brakes already: in a crawling queue every time to
+    collision is short."""
     if numbers.track.kind != "vehicle" or crosses_over(numbers.track, None, across(profile)):
         return True
-    need_mps2 = braking_needed_mps2(numbers.track, numbers.gap_m, numbers.closing_mps, profile.hazard_spare_m)
-    return need_mps2 > profile.hazard_need_mps2
+    spare_m, ego_mps = profile.hazard_spare_m, view.ego_speed_mps
+    need_mps2 = braking_needed_mps2(numbers.track, numbers.gap_m, numbers.closing_mps, spare_m, ego_mps)
+    return need_mps2 > max(profile.hazard_need_mps2, -(view.ego_acceleration_mps2 or 0.0))
 
 
 def _confirmed(track: Track, sightings: tuple[Sighting, ...], profile: Profile) -> bool:
@@ -86,6 +89,7 @@ def _confirmed(track: Track, sightings: tuple[Sighting, ...], profile: Profile) 
 
 
 def _queued(numbers: Numbers, view: View, next_m: float, profile: Profile) -> bool:
-    """Whether one crawls in a queue and this vehicle is behind the next one, a gap of `next_m` away."""
+    """Whether this vehicle is behind the next one, a gap of `next_m` away, and one crawls in a queue or it does not surely show."""
     crawls = view.ego_speed_mps is not None and view.ego_speed_mps < profile.crawl_mps
-    return crawls and numbers.track.kind == "vehicle" and numbers.gap_m > next_m + profile.queued_m
+    hidden = crawls or not shows_beyond_others(numbers.track, sight(profile))
+    return hidden and numbers.track.kind == "vehicle" and numbers.gap_m > next_m + profile.queued_m

@@ -12,6 +12,7 @@ from domain.road_users import (
     is_vehicle_there,
     least_gap_m,
     seen_well,
+    shows_beyond_others,
     shrinking_mps,
 )  # fmt: skip
 from proto.observed import value_of
@@ -174,13 +175,15 @@ def contradicted(gaps: tuple[GapSeen, ...], way: Way) -> bool:
 
 
 def met(world: WorldState) -> tuple[Way, ...]:
-    """The vehicles that may be met, in the order of `vehicles`: in a crawling queue none behind one that surely is before us."""
+    """The vehicles that may be met, in the order of `vehicles`: behind one that surely is before us those alone that surely show
+    beyond it, and in a crawling queue none."""
     ways, ego_mps = vehicles(world), value_of(world.ego.speed_mps)
-    if ego_mps is None or ego_mps >= CRAWL_MPS:
-        return ways
     hiding = (way.gap_m for way in ways if hides_others(way.track, way.gap_m, SIGHT) and well_seen(way.track))
-    nearest_m = min(hiding, default=math.inf)
-    return tuple(way for way in ways if way.gap_m <= nearest_m + QUEUED_M)
+    least_hidden_m = min(hiding, default=math.inf) + QUEUED_M
+    crawls = ego_mps is not None and ego_mps < CRAWL_MPS
+    return tuple(
+        way for way in ways if way.gap_m <= least_hidden_m or (not crawls and shows_beyond_others(way.track, SIGHT))
+    )
 
 
 def stands(world: WorldState) -> bool:

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from domain.kinematics import paper_ttc_s, relative_ttc_s, ttc_s
+from domain.kinematics import needed_behind_mps2, paper_ttc_s, relative_ttc_s, ttc_s
 
 
 def test_a_braking_lead_is_met_though_nobody_closes_in_yet() -> None:
@@ -67,3 +67,15 @@ def test_a_smaller_gap_is_never_later(
 ) -> None:
     near, far = ttc_s(gap, ego, lead, a_ego, a_lead), ttc_s(gap + more, ego, lead, a_ego, a_lead)
     assert far is None or (near is not None and near <= far + 1e-9)
+
+
+@given(
+    room_m=st.floats(0.6, 120.0), ego_mps=st.floats(0.5, 60.0), lead_mps=st.floats(0.0, 60.0), brakes_mps2=st.floats(0.0, 9.0)
+)  # fmt: skip
+def test_what_is_needed_behind_a_car_that_brakes_is_enough_and_no_more(
+    room_m: float, ego_mps: float, lead_mps: float, brakes_mps2: float
+) -> None:
+    need = needed_behind_mps2(room_m, ego_mps, lead_mps, brakes_mps2)
+    assert ttc_s(room_m, ego_mps, lead_mps, -1.001 * need - 1e-3, -brakes_mps2) is None
+    if need > 0.1:
+        assert ttc_s(room_m, ego_mps, lead_mps, -0.97 * need, -brakes_mps2) is not None

@@ -34,6 +34,8 @@ RED_S = 120.0
 QUEUE_TTC_S, QUEUE_CLOSING_MPS, QUEUE_SPEED_MPS = 7.0, 6.0, 60.0 / 3.6
 """The end of a queue is told early at speed, and at any speed on a motorway, where a queue is not expected."""
 LEAST_TTC_S, LOSES_MPS2 = 2.5, 4.0
+DRAG_MPS2 = 0.5
+"""What a lifted foot alone gives."""
 
 
 def person(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:
@@ -105,7 +107,7 @@ def lead(state: State, target: Target, events: dict[str, Event]) -> Iterator[Can
     if stands(state.world):
         return
     way = next((way for way in met(state.world) if _soon_met(state, way) and clear(state.gaps, way)), None)
-    if way is None or way.ttc_s is None or _heeds(state, Kind.LEAD, _lead_needs_mps2(way)):
+    if way is None or way.ttc_s is None or _brakes_for(state, way, way.ttc_s):
         return
     if way.ttc_s >= ALARM_TTC_S and comes_from(way) is not None and _gives_way(state, way):
         return
@@ -133,13 +135,21 @@ def lead(state: State, target: Target, events: dict[str, Event]) -> Iterator[Can
     )
 
 
+def _brakes_for(state: State, way: Way, ttc_s: float) -> bool:
+    """Whether the driver brakes as hard as a vehicle needs. One untold may brake for something else than a vehicle from the side, and
+    hears of what is an alarm."""
+    need, untold = _lead_needs_mps2(way), ttc_s >= ALARM_TTC_S and comes_from(way) is None
+    return _heeds(state, Kind.LEAD, need) or (untold and _brakes(state, max(need, DRAG_MPS2)))
+
+
 def _gives_way(state: State, way: Way) -> bool:
     """Whether the driver was just told to give way, or was told recently and brakes as hard as the crossing vehicle needs."""
     return told_within(state, Kind.GIVE_WAY, REACTION_S) or _heeds(state, Kind.GIVE_WAY, _lead_needs_mps2(way))
 
 
 def _lead_needs_mps2(way: Way) -> float:
-    return braking_needed_mps2(way.track, way.least_m, way.closing_mps, SPARE_M)
+    ego_mps = way.speed_mps + way.closing_mps if way.speed_mps is not None else None
+    return braking_needed_mps2(way.track, way.least_m, way.closing_mps, SPARE_M, ego_mps)
 
 
 def _soon_met(state: State, way: Way) -> bool:

@@ -195,9 +195,9 @@ def roads(draw: st.DrawFn) -> tuple[Drive, tuple[Fact, ...]]:
 steps = st.lists(st.sampled_from((TICK // 2, TICK, 3 * TICK, SECOND, 5 * SECOND)), min_size=1, max_size=30)
 
 
-def within(drive: Drive, silence: Silence) -> bool:
-    """Whether nothing that was told to be 25 m ahead can be passed meanwhile."""
-    return (drive.speed_mps or 0.0) * silence.lasts_s < 20.0
+def within(drive: Drive, silence: Silence, before_s: float = 0.0) -> bool:
+    """Whether nothing that was told to be 25 m ahead can be passed meanwhile, or before, when it was told of no more."""
+    return (drive.speed_mps or 0.0) * (before_s + silence.lasts_s) < 20.0
 
 
 @safety(few=60, ways=2)
@@ -208,7 +208,7 @@ def test_no_silence_of_perception_raises_the_target(
     """Nor where an actor has just vanished, and whatever else is silent as well."""
     drive, _ = scene
     silence = Silence(tuple(sorted({"perception", *others})), frozen, tuple(steps_ns))
-    assume(within(drive, silence))
+    assume(within(drive, silence, vanished * TICK / SECOND))
     if vanished:
         drive.tracks, drive.lead = (), None
         drive.ticks(vanished)

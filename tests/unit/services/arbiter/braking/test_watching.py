@@ -96,17 +96,25 @@ def test_who_stands_is_not_told_to_brake_for_a_vehicle(ego_mps: float, told: boo
     assert (decide(quiet, mirror(quiet, permission=Permission()), CALIBRATED).decision.hazard != "") is told
 
 
-@given(ego_mps=st.floats(1.0, 30.0) | st.none(), gap_m=st.floats(2.0, 12.0), confidence=st.floats(0.2, 1.0))
-def test_in_a_crawling_queue_the_next_vehicle_alone_hides_others_from_the_words(
-    ego_mps: float | None, gap_m: float, confidence: float
+@given(
+    ego_mps=st.floats(1.0, 30.0) | st.none(), gap_m=st.floats(2.0, 12.0), confidence=st.floats(0.2, 1.0),
+    beyond=st.fixed_dictionaries(
+        {"oncoming": st.booleans(), "confidence": st.floats(0.7, 1.0), "age_s": st.floats(1.0, 4.0)}
+    ),
+)  # fmt: skip
+def test_who_is_surely_next_hides_others_from_the_words_unless_they_surely_show(
+    ego_mps: float | None, gap_m: float, confidence: float, beyond: dict[str, Any]
 ) -> None:
+    assume(beyond["oncoming"] or ego_mps is None or ego_mps > 8.0)  # else it would drive backwards
     following = track(gap_m=gap_m, closing_mps=0.0, track_id=8, confidence=confidence)
-    behind_it = track(gap_m=15.0, closing_mps=8.0, oncoming=True)
+    behind_it = track(gap_m=15.0, closing_mps=8.0, **beyond)
     quiet = request(behind_it, ego_speed_mps=ego_mps, fused=fused(new_information=False))
     inputs = with_view(mirror(quiet, permission=Permission()), actors=(following, behind_it))
-    hidden = ego_mps is not None and ego_mps < 5.0 and confidence >= CALIBRATED.act_confidence
+    crawls, shows = ego_mps is not None and ego_mps < 5.0, beyond["age_s"] >= 2.0 and not beyond["oncoming"]
+    hidden = confidence >= CALIBRATED.act_confidence and (crawls or not shows)
     decision = decide(quiet, inputs, CALIBRATED).decision
-    assert (decision.hazard == "") is hidden
+    would_brake = decision.reason.startswith("ACT withheld")  # that needs more than a word does
+    assert (decision.hazard == "" or would_brake) is (hidden or would_brake)
     assert decision.metrics.r >= decide(quiet, mirror(quiet, permission=Permission()), CALIBRATED).decision.metrics.r
 
 
@@ -200,3 +208,24 @@ def test_a_person_that_surely_comes_is_watched_before_the_path_is_reached(
         reading = Reading(coming=(person,), tracks_age_s=0.0)
         sightings = watch(sightings, reading, SECOND + picture * SECOND // 10, CALIBRATED)
     assert shrinks(sightings, person.track_id, 10.0, CALIBRATED) is watched
+
+
+@given(gap_m=st.floats(6.0, 40.0), closing_mps=st.floats(4.0, 16.0), braking_mps2=st.none() | st.floats(-2.0, 9.0))
+def test_the_arbiter_warns_by_itself_of_what_needs_more_braking_than_there_is(
+    gap_m: float, closing_mps: float, braking_mps2: float | None
+) -> None:
+    slows = None if braking_mps2 is None else -braking_mps2
+    quiet = request(
+        track(gap_m=gap_m, closing_mps=closing_mps),
+        ego_acceleration_mps2=slows,
+        fused=fused(directive="", new_information=False),
+    )
+    decision = decide(quiet, mirror(quiet, permission=Permission()), CALIBRATED).decision
+    if decision.reason.startswith("ACT withheld"):
+        return
+    need_mps2 = closing_mps**2 / (2.0 * (gap_m - CALIBRATED.hazard_spare_m))
+    assume(abs(need_mps2 - max(1.5, braking_mps2 or 0.0)) > 1e-6)
+    if decision.hazard:
+        assert need_mps2 > max(1.5, braking_mps2 or 0.0)
+    elif gap_m / closing_mps < 2.9 and (braking_mps2 or 0.0) <= 0.0:
+        assert need_mps2 < 1.5

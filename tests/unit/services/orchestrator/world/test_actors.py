@@ -147,16 +147,33 @@ def test_whose_near_end_is_beside_us_with_room_between_is_passed_and_lowers_the_
         assert "lead" in hazards(seen(replace(beside, vx_mps=-13.0, vy_mps=6.0))), "it crosses"
 
 
-@given(x_m=st.floats(8.0, 40.0), closing_mps=st.floats(11.0, 20.0))
-def test_a_vehicle_seen_again_for_the_first_time_lowers_the_target_and_is_shouted_about_when_seen_twice(
-    x_m: float, closing_mps: float
+@given(x_m=st.floats(8.0, 40.0), closing_mps=st.floats(11.0, 20.0), steady_s=st.floats(0.0, 0.299))
+def test_a_vehicle_that_was_lost_or_leapt_lowers_the_target_at_once_and_is_shouted_about_like_a_new_one(
+    x_m: float, closing_mps: float, steady_s: float
 ) -> None:
-    again = car(x_m, -closing_mps, clearance_m=-1.0, steady_s=0.0)
-    twice = replace(again, steady_s=0.05)
+    again = car(x_m, -closing_mps, clearance_m=-1.0, steady_s=steady_s)
+    watched = replace(again, steady_s=0.3)
     assert hazards(seen(again)) == set()
-    assert "lead" in hazards(seen(twice))
+    assert "lead" in hazards(seen(watched))
     assert "lead" in hazards(seen(replace(again, steady_s=None)))
-    assert target(seen(again)) == target(seen(twice))
+    assert target(seen(again)) == target(seen(watched))
+
+
+@given(
+    gap_m=st.floats(3.0, 30.0), beyond_m=st.floats(8.0, 40.0), speed_mps=st.floats(6.0, 40.0), closing_mps=st.floats(8.0, 40.0),
+    confidence=st.floats(0.15, 1.0), age_s=st.floats(0.3, 4.0), oncoming=st.booleans(),
+)  # fmt: skip
+def test_what_shows_behind_the_car_before_us_lowers_the_target_and_is_shouted_about_only_where_it_surely_is(
+    gap_m: float, beyond_m: float, speed_mps: float, closing_mps: float, confidence: float, age_s: float, oncoming: bool
+) -> None:
+    """An oncoming car meets the one before us first; a box on its roof, or beside it, may be nothing."""
+    before = car(gap_m + 4.5, 0.0, track_id=8)
+    thing = car(
+        gap_m + beyond_m + 4.5, -closing_mps, confidence=confidence, age_s=age_s, oncoming=oncoming, clearance_m=-1.0
+    )
+    if confidence < 0.7 or age_s < 2.0 or oncoming:
+        assert hazards(seen(before, thing, speed_mps=speed_mps)) == set()
+    assert target(seen(before, thing, speed_mps=speed_mps)).mps <= target(seen(before, speed_mps=speed_mps)).mps
 
 
 def test_with_an_unknown_speed_of_our_own_nobody_counts_as_parked() -> None:
@@ -287,3 +304,25 @@ def test_the_end_of_a_queue_is_told_early_at_speed_and_at_any_speed_on_a_motorwa
     environment = replace(state.world.environment, road_type=observed(road))
     state = replace(state, world=replace(state.world, environment=environment))
     assert ("lead" in hazards(state)) is told
+
+
+@given(
+    gap_m=st.floats(3.0, 80.0),
+    closing_mps=st.floats(1.0, 30.0),
+    lead_brakes_mps2=st.floats(0.0, 6.0),
+    braking_mps2=st.none() | st.floats(-2.0, 9.0),
+)
+def test_a_driver_who_brakes_as_hard_as_a_car_needs_hears_of_it_only_as_an_alarm(
+    gap_m: float, closing_mps: float, lead_brakes_mps2: float, braking_mps2: float | None
+) -> None:
+    coming = seen(car(gap_m + 4.5, -closing_mps, ax_mps2=-lead_brakes_mps2), speed_mps=30.0)
+    slows = None if braking_mps2 is None else observed(-braking_mps2)
+    ego = replace(coming.world.ego, acceleration_mps2=slows)
+    braking = replace(coming, world=replace(coming.world, ego=ego))
+    need_mps2 = closing_mps**2 / (2.0 * max(gap_m - 1.0, 0.5)) + lead_brakes_mps2
+    assert hazards(braking) <= hazards(coming)
+    assert target(braking).mps <= target(coming).mps
+    if gap_m / closing_mps < 2.0 or braking_mps2 is None or braking_mps2 < min(0.5, need_mps2):
+        assert hazards(braking) == hazards(coming)
+    elif braking_mps2 > max(0.5, need_mps2):
+        assert hazards(braking) == set()
