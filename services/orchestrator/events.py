@@ -103,6 +103,9 @@ def _news(changed_ns: int | None, now_ns: int) -> bool:
     return changed_ns is not None and now_ns - changed_ns < FRESH_NS
 
 
+EXPLAINED_M = 50.0
+
+
 def foreign_plate(sign: SignAhead, language: str) -> str:
     """The language of a plate that the driver does not read; empty: no such plate."""
     for plate in sign.plates:
@@ -112,9 +115,17 @@ def foreign_plate(sign: SignAhead, language: str) -> str:
     return ""
 
 
+def foreign_sign(state: State) -> SignAhead | None:
+    """The sign whose plate is explained next. One without a number waits till it is near: what hangs with a number says the same, and the
+    number comes first."""
+    foreign = [each for each in state.signs.ahead if each.believed and foreign_plate(each, state.preferences.language)]
+    numbers = [each for each in foreign if each.value is not None]
+    near = [each for each in foreign if each.distance_m is None or each.distance_m <= EXPLAINED_M]
+    return next(iter(numbers or near), None)
+
+
 def _foreign_sign(state: State) -> Signal:
-    found = (sign for sign in state.signs.ahead if foreign_plate(sign, state.preferences.language))
-    sign = max(found, key=lambda each: (each.confidence, each.track_id), default=None)
+    sign = foreign_sign(state)
     if sign is None:
         return NOTHING
     return Signal(sign.confidence, f"{sign.reading} {' '.join(sign.plates)}", sign.confidence)

@@ -7,7 +7,7 @@ import msgspec
 
 from proto.decision import Event
 from proto.rules import RightOfWayQuestion, RulesAnswer
-from services.orchestrator.events import BY_TOOL, TOOLS, foreign_plate
+from services.orchestrator.events import BY_TOOL, TOOLS, foreign_sign
 from services.orchestrator.law import rules_question
 from services.orchestrator.law.limits_ahead import PLACES, places_ahead, sign_question
 from services.orchestrator.observations.inputs import Expert
@@ -111,11 +111,9 @@ def _language(state: State) -> dict[str, Any]:
 
 def _sign(state: State) -> dict[str, Any] | None:
     """The sign to be explained: a doubted one, else a place whose limit is unknown, else one with a plate in a foreign language."""
-    language = state.preferences.language
     doubted = [s for s in state.signs.ahead if s.doubted_limit]
     places = [s for s in places_ahead(state) if state.held.place_key != rules_question.key(sign_question(state, s))][:1]
-    foreign = [s for s in state.signs.ahead if s.believed and foreign_plate(s, language)]
-    sign = max(doubted or places or foreign, key=lambda each: (each.seen_ns, each.track_id), default=None)
+    sign = max(doubted or places, key=lambda each: (each.seen_ns, each.track_id), default=foreign_sign(state))
     return sign_question(state, sign) if sign is not None else None
 
 

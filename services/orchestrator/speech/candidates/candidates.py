@@ -9,7 +9,7 @@ from proto.rules import LegalLimit, RulesAnswer
 from proto.speech import News
 from proto.vehicle import Degradation, VehicleHealth
 from proto.weather import Conditions
-from services.orchestrator.events import foreign_plate
+from services.orchestrator.events import foreign_sign
 from services.orchestrator.law.limits_ahead import LimitAhead, binding_ahead, limits_ahead
 from services.orchestrator.signs.limits import in_force, unit_and_side
 from services.orchestrator.speech.candidate import Candidate, Maker, told_within
@@ -298,7 +298,7 @@ def _foreign(state: State, target: Target, events: dict[str, Event]) -> Iterator
     meaning = state.held.meaning
     if "foreign_sign" not in events or meaning is None:
         return
-    sign = next((s for s in state.signs.ahead if s.believed and foreign_plate(s, state.preferences.language)), None)
+    sign = foreign_sign(state)
     if sign is None or meaning.reading != sign.reading or sign.head == "border":
         return  # a border is told by its country
     ahead_here = next((each for each in limits_ahead(state) if each.sign.track_id == sign.track_id), None)

@@ -107,13 +107,15 @@ def lead(state: State, target: Target, events: dict[str, Event]) -> Iterator[Can
     if stands(state.world):
         return
     way = next((way for way in met(state.world) if _soon_met(state, way) and clear(state.gaps, way)), None)
-    if way is None or way.ttc_s is None or _brakes_for(state, way, way.ttc_s):
-        return
-    if way.ttc_s >= ALARM_TTC_S and comes_from(way) is not None and _gives_way(state, way):
+    if way is None or way.ttc_s is None:
         return
     # A queue that is close before its words are over is so at once; and a driver who hears "brake" hears the alarm after that.
     ahead_s = 0.0 if told_within(state, Kind.LEAD, HEEDED_S) else LEAD_SPOKEN_S
     close, side = way.ttc_s - ahead_s < _hazard_ttc_s(way), comes_from(way)
+    if _brakes_for(state, way, way.ttc_s, close=close):
+        return
+    if way.ttc_s >= ALARM_TTC_S and side is not None and _gives_way(state, way):
+        return
     alarm = way.ttc_s < ALARM_TTC_S and not told_within(state, Kind.LEAD, LEAD_SPOKEN_S)
     known_as = "lead" if close else "slow_traffic"
     phrase = known_as if side is None else "crossing"
@@ -135,11 +137,14 @@ def lead(state: State, target: Target, events: dict[str, Event]) -> Iterator[Can
     )
 
 
-def _brakes_for(state: State, way: Way, ttc_s: float) -> bool:
-    """Whether the driver brakes as hard as a vehicle needs. One untold may brake for something else than a vehicle from the side, and
-    hears of what is an alarm."""
+def _brakes_for(state: State, way: Way, ttc_s: float, *, close: bool) -> bool:
+    """Whether the driver brakes as hard as a vehicle needs, or for the end of a queue that was told and is not close by most of that.
+
+    One untold may brake for something else than a vehicle from the side, and hears of what is an alarm.
+    """
     need, untold = _lead_needs_mps2(way), ttc_s >= ALARM_TTC_S and comes_from(way) is None
-    return _heeds(state, Kind.LEAD, need) or (untold and _brakes(state, max(need, DRAG_MPS2)))
+    share = 1.0 if close else HEEDS_SHARE
+    return _heeds(state, Kind.LEAD, share * need) or (untold and _brakes(state, max(need, DRAG_MPS2)))
 
 
 def _gives_way(state: State, way: Way) -> bool:

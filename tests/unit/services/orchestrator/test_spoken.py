@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from proto.messages import Kind
 from proto.rules import RulesAnswer
+from proto.scene import Fact
 from tests.unit.services.orchestrator.judge import arbiter
 from tests.unit.services.orchestrator.support import (
     EXPERTS,
@@ -165,6 +166,22 @@ def test_two_foreign_plates_in_turn_are_explained_once_each() -> None:
         drive.tick(limit_sign(f"limit:{value}", passed=False, **wet))
         drive.ticks(50)
     assert [each for each in drive.spoken() if "when wet" in each] == ["60 when wet", "50 when wet"]
+
+
+def test_a_foreign_plate_under_a_sign_and_a_number_on_one_post_is_explained_with_the_number() -> None:
+    wet: dict[str, Any] = {"plates": ("plate:when_wet:de",), "passed": False}
+
+    def shown(*facts: Fact) -> str:
+        drive = Drive(speed_mps=10.0)
+        drive.ticks(60)
+        drive.tick(*facts)
+        return drive.ticks(3).advisory.directive
+
+    far, near = (fact("sign", "slippery", track_id=21, distance_m=each, **wet) for each in (80.0, 45.0))
+    number = limit_sign("limit:30", scope="when_wet", distance_m=95.0, track_id=22, **wet)
+    assert "slippery" not in shown(far), "a number may be read on its post yet"
+    assert "slippery" in shown(near)
+    assert shown(far, number) == shown(near, number) == "30 when wet"
 
 
 @pytest.mark.parametrize(
