@@ -87,9 +87,8 @@ def hides_others(track: Track, gap_m: float, sight: Sight) -> bool:
 
 
 def shows_beyond_others(track: Track, sight: Sight) -> bool:
-    """Whether a vehicle behind another one in the path is surely there all the same: certain, known for twice as long, and not
-    coming towards the ego, since it would meet the other one first."""
-    return track.confidence >= sight.certain and track.age_s >= 2.0 * sight.known_s and not track.oncoming
+    """Whether a vehicle behind another one in the path is surely there all the same: certain, and known for twice as long."""
+    return track.confidence >= sight.certain and track.age_s >= 2.0 * sight.known_s
 
 
 def shrinking_mps(seen: Sequence[tuple[int, float]], least_s: float) -> float | None:

@@ -110,7 +110,7 @@ def test_who_is_surely_next_hides_others_from_the_words_unless_they_surely_show(
     behind_it = track(gap_m=15.0, closing_mps=8.0, **beyond)
     quiet = request(behind_it, ego_speed_mps=ego_mps, fused=fused(new_information=False))
     inputs = with_view(mirror(quiet, permission=Permission()), actors=(following, behind_it))
-    crawls, shows = ego_mps is not None and ego_mps < 5.0, beyond["age_s"] >= 2.0 and not beyond["oncoming"]
+    crawls, shows = ego_mps is not None and ego_mps < 5.0, beyond["age_s"] >= 2.0
     hidden = confidence >= CALIBRATED.act_confidence and (crawls or not shows)
     decision = decide(quiet, inputs, CALIBRATED).decision
     would_brake = decision.reason.startswith("ACT withheld")  # that needs more than a word does
