@@ -26,9 +26,7 @@ def needed_behind_mps2(room_m: float, ego_mps: float, lead_mps: float, lead_brak
     needed = needed_mps2(closing, room)
     if lead_brakes_mps2 <= 0.0:
         return needed
-    if (
-        closing > 0.0 and 2.0 * room / closing <= lead_mps / lead_brakes_mps2
-    ):  # the closing ends while that car still moves
+    if closing > 0.0 and 2.0 * room / closing <= lead_mps / lead_brakes_mps2:  # both still move when the closing ends
         return needed + lead_brakes_mps2
     return max(needed, needed_mps2(ego_mps, room + lead_mps**2 / (2.0 * lead_brakes_mps2)))
 
