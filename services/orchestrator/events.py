@@ -104,6 +104,7 @@ def _news(changed_ns: int | None, now_ns: int) -> bool:
 
 
 EXPLAINED_M = 50.0
+"""From here on a plate under a sign without a number is explained."""
 
 
 def foreign_plate(sign: SignAhead, language: str) -> str:

@@ -66,9 +66,8 @@ def takes_over(pedals: Pedals, at_start: Pedals | None, profile: Profile) -> str
 
 def needed_mps2(numbers: Numbers, ego_mps: float, profile: Profile) -> float:
     """The deceleration that ends the closing within the gap, the standstill buffer spared."""
-    room = max(0.5, numbers.gap_m - profile.d0_m)
-    closing = min(max(0.0, numbers.closing_mps), max(0.0, ego_mps))
-    return closing * closing / (2.0 * room)
+    lead_mps, _ = braking_on(numbers, ego_mps, profile)
+    return needed_behind_mps2(numbers.gap_m - profile.d0_m, max(0.0, ego_mps), lead_mps, 0.0)
 
 
 def braking_on(numbers: Numbers, ego_mps: float, profile: Profile) -> tuple[float, float]:
