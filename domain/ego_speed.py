@@ -1,4 +1,7 @@
-"""Which readings of the ego's speed are speeds. Orchestrator and arbiter each pass what they believed last."""
+"""Which readings of the ego's speed are speeds, and which decelerations the speed bears out.
+
+Orchestrator and arbiter each pass what they believed last.
+"""
 
 import math
 from typing import NamedTuple
@@ -9,6 +12,12 @@ CHANGE_MPS2 = 15.0
 """No car on tyres changes its speed faster: 1.5 g."""
 JITTER_MPS = 1.5
 """Two readings that follow each other may differ by so much more: wheels slip and lock, and stamps are rounded."""
+MOST_OWED_MPS = 1.0
+"""The speed may fall so much less than the decelerations promise: a speed is filtered for longer than an acceleration."""
+FORGETS_S = 2.0
+"""A promise is forgotten with this time constant. The slope of the road, which an accelerometer feels, is part of the promise."""
+COUNTED_S = 0.2
+"""A reading of the acceleration promises for no longer than this."""
 
 
 class Believed(NamedTuple):
@@ -16,11 +25,29 @@ class Believed(NamedTuple):
 
     mps: float
     stamp_ns: int
+    owed_mps: float = 0.0
+    """How much less the speed fell recently than the decelerations promised."""
 
 
-def believed(told: Believed, before: Believed | None) -> Believed | None:
-    """The reading that is told or, where that is no speed, the one that was believed before."""
-    return told if is_speed(*told, before) else before
+def believed(told: Believed, before: Believed | None, mps2: float | None = None) -> Believed | None:
+    """The reading that is told with an acceleration (m/s²) or, where that is no speed, the one that was believed before."""
+    if not is_speed(told.mps, told.stamp_ns, before):
+        return before
+    return told if before is None else told._replace(owed_mps=_owed_mps(told, before, mps2 or 0.0))
+
+
+def acceleration_mps2(mps2: float | None, speed: Believed | None) -> float | None:
+    """The acceleration that is told; None: no car has it, or it is a deceleration that the speed does not bear out."""
+    if mps2 is None or not abs(mps2) <= CHANGE_MPS2:
+        return None
+    return mps2 if mps2 >= 0.0 or (speed is not None and speed.owed_mps <= MOST_OWED_MPS) else None
+
+
+def _owed_mps(told: Believed, before: Believed, mps2: float) -> float:
+    seconds = max(0.0, (told.stamp_ns - before.stamp_ns) / 1e9)
+    promised_mps = -max(-CHANGE_MPS2, mps2 if math.isfinite(mps2) else 0.0) * min(seconds, COUNTED_S)
+    kept_mps = before.owed_mps * math.exp(-seconds / FORGETS_S)
+    return max(0.0, kept_mps + promised_mps - (before.mps - told.mps))
 
 
 def is_speed(mps: float, stamp_ns: int, before: Believed | None) -> bool:

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import msgspec
 
-from domain.ego_speed import is_speed
+from domain.ego_speed import CHANGE_MPS2, is_speed
 from domain.speech import (
     Saying,
     adopted,
@@ -108,11 +108,11 @@ def redecide(request: ArbitrationRequest, logged: Decision, profile: Profile) ->
 
 
 def request_view(request: ArbitrationRequest) -> View:
-    """What the orchestrator sees; a speed that no car has is unknown."""
-    speed_mps = request.ego_speed_mps
+    """What the orchestrator sees; a speed or an acceleration that no car has is unknown."""
+    speed_mps, mps2 = request.ego_speed_mps, request.ego_acceleration_mps2
     return View(
         ego_speed_mps=speed_mps if speed_mps is not None and is_speed(speed_mps, 0, None) else None,
-        ego_acceleration_mps2=request.ego_acceleration_mps2,
+        ego_acceleration_mps2=mps2 if mps2 is not None and abs(mps2) <= CHANGE_MPS2 else None,
         actors=tuple(track for track in (request.lead, request.pedestrian, *request.others) if track is not None),
         h=request.h,
         brake_envelope=request.brake_envelope,

@@ -251,6 +251,8 @@ class Held(msgspec.Struct, frozen=True, kw_only=True):
     """The ego's speed as it was last believed."""
     speed_ns: int = 0
     """When the car told it."""
+    speed_owed_mps: float = 0.0
+    """How much less it fell recently than the car's decelerations promised."""
     place_m: float | None = None
     """The room to the place to give way at that bounded the target last; None: none did."""
     target_mps: float | None = None

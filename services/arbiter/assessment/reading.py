@@ -58,7 +58,7 @@ def believed(latest: Latest, now_ns: int) -> Believed | None:
     before = latest.speed if latest.speed is not None and latest.speed.stamp_ns <= now_ns + SKEW_NS else None
     if latest.ego is None or latest.ego[0].speed_mps is None:
         return before
-    return ego_speed.believed(Believed(latest.ego[0].speed_mps, latest.ego[1]), before)
+    return ego_speed.believed(Believed(latest.ego[0].speed_mps, latest.ego[1]), before, latest.ego[0].acceleration_mps2)
 
 
 def read(latest: Latest, now_ns: int, max_age_s: float) -> Reading:
@@ -69,7 +69,7 @@ def read(latest: Latest, now_ns: int, max_age_s: float) -> Reading:
     degradation = latest.degradation[0] if latest.degradation is not None else None
     view = View(
         ego_speed_mps=_speed_mps(latest, ego, now_ns, max_age_s),
-        ego_acceleration_mps2=ego.acceleration_mps2 if ego is not None else None,
+        ego_acceleration_mps2=_acceleration_mps2(latest, ego, now_ns),
         actors=in_path(tracks),
         h=degradation.h if degradation is not None else None,
         brake_envelope=degradation.brake_envelope if degradation is not None else None,
@@ -94,6 +94,10 @@ def _speed_mps(latest: Latest, ego: Ego | None, now_ns: int, max_age_s: float) -
     if ego is None or ego.speed_mps is None or speed is None:
         return None
     return speed.mps if abs(now_ns - speed.stamp_ns) / 1e9 <= max_age_s else None
+
+
+def _acceleration_mps2(latest: Latest, ego: Ego | None, now_ns: int) -> float | None:
+    return ego_speed.acceleration_mps2(ego.acceleration_mps2, believed(latest, now_ns)) if ego is not None else None
 
 
 def in_path(tracks: Tracks | None) -> tuple[Track, ...]:

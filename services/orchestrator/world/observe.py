@@ -4,6 +4,7 @@ from typing import Literal, NamedTuple, TypeVar, cast
 
 import msgspec
 
+from domain import ego_speed
 from proto.observed import Observed, Source, value_of
 from proto.perception import Lanes, Track
 from proto.rules import PostedLimit
@@ -108,7 +109,8 @@ def _held(state: State, seen: Observations, motion: Motion) -> Held:
         held = msgspec.structs.replace(held, degradation=degradation, degradation_ns=car.stamp_ns)
     speed = believed_speed(held, seen)
     if speed is not None and is_fresh(speed.stamp_ns, VALID_NS["speed"], seen.now_ns):
-        held = msgspec.structs.replace(held, speed_mps=speed.mps, speed_ns=speed.stamp_ns)
+        fields = {"speed_mps": speed.mps, "speed_ns": speed.stamp_ns, "speed_owed_mps": speed.owed_mps}
+        held = msgspec.structs.replace(held, **fields)
     return msgspec.structs.replace(held, limiters=tuple(each for each in held.limiters if _stands(each, seen)))
 
 
@@ -189,7 +191,7 @@ def _ego(state: State, seen: Observations, lanes: Stamped[Lanes] | None) -> EgoS
         ego = msgspec.structs.replace(
             ego,
             speed_mps=told._replace(stamp_ns=speed.stamp_ns).observed(speed.mps) if speed is not None else None,
-            acceleration_mps2=told.observed(number(signals.acceleration_mps2)),
+            acceleration_mps2=told.observed(ego_speed.acceleration_mps2(signals.acceleration_mps2, speed)),
             yaw_rate_radps=told.observed(number(signals.yaw_rate_radps)),
         )
     if lanes is not None:

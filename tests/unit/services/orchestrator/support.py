@@ -157,7 +157,7 @@ class Drive:
         self.lines: tuple[StopLine, ...] = ()
         self.junction_m: float | None = None
         self.yaw_radps = 0.0
-        self.acceleration_mps2 = 0.0
+        self.acceleration_mps2: float | None = 0.0
         self.sight: Lanes | None = None
         self.base = Observations(now_ns=0, **fields)
         self.seq = 0

@@ -266,6 +266,25 @@ def test_malformed_numbers_neither_break_the_tick_nor_raise_the_target(
         assert target(ticked) <= max(stood, target(drive.history[-1][2])) + 1e-9
 
 
+@safety(few=25)
+@given(
+    lie_mps2=st.floats(1.5, 1e6), ego_mps=st.floats(3.0, 30.0), gap_m=st.floats(3.0, 80.0), closes=st.floats(0.2, 1.0)
+)
+def test_an_accelerometer_that_lies_keeps_no_warning_back(
+    lie_mps2: float, ego_mps: float, gap_m: float, closes: float
+) -> None:
+    told = []
+    for mps2 in (-lie_mps2, None):
+        drive = Drive(Played(arbiter=arbiter()), speed_mps=ego_mps, road="rural")
+        drive.acceleration_mps2 = mps2
+        drive.ticks(25)
+        drive.tracks = (actor(gap_m, closes * ego_mps),)
+        drive.lead = 5
+        drive.ticks(3)
+        told.append([(each.advisory.kind, each.advisory.directive) for _, _, each in drive.history[-3:]])
+    assert told[0] == told[1]
+
+
 def test_an_hour_old_or_coming_reading_of_the_car_is_none() -> None:
     for age_ns in (3600 * SECOND, -3600 * SECOND):
         drive = Drive()

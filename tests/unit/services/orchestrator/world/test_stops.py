@@ -89,6 +89,7 @@ def test_who_was_told_firmly_and_brakes_enough_is_not_told_again(braking_mps2: f
     assert drive.history[-1][2].fused.hazard == "stop_sign"
     drive.acceleration_mps2 = -braking_mps2
     for step in range(1, 4):
+        drive.speed_mps = 14.0 - 0.1 * braking_mps2 * step
         show(drive, 35.0 - 1.4 * step)
         fused = drive.tick().fused
     assert fused.hazard == hazard
