@@ -15,8 +15,8 @@ from services.simulator.scene.scene import Actor, Pose, Scene, in_ego_frame
 from training.stages.road_users import drawn
 from training.stages.stage import Split
 
-UPRIGHT = ("lamp", "post", "tree", "conifer")
-NEAREST_M, FARTHEST_M = 5.0, 42.0
+UPRIGHT = ("lamp", "post", "street_furniture", "tree", "conifer")
+NEAREST_M, FARTHEST_M = 5.0, 75.0
 WIDE = 0.55
 """Who stands further aside than this share of the distance ahead is in neither camera's picture."""
 PLACES = ("thing", "vehicle", "open", "road")
@@ -25,7 +25,7 @@ ROAD_HALF_M, ROADSIDE_M = 4.0, 9.0
 
 
 def with_people(scene: Scene, split: Split, rng: np.random.Generator) -> Scene:
-    """The scene with two to seven knots of one to five people more, 5 to 42 m ahead of the ego, in nobody's way."""
+    """The scene with two to seven knots of one to five people more, 5 to 75 m ahead of the ego, in nobody's way."""
     things = [item.pose for item in scene.static.scenery if item.kind in UPRIGHT]
     things = _in_sight(scene.ego, things + [post.pose for post in scene.static.signs])
     vehicles = [actor for actor in scene.actors if actor.kind != "pedestrian"]
@@ -71,7 +71,7 @@ def _beside(ego: Pose, poses: list[Pose], rng: np.random.Generator) -> Pose | No
 
 
 def _somewhere(ego: Pose, reach_m: float, rng: np.random.Generator) -> Pose:
-    ahead = float(rng.uniform(NEAREST_M, FARTHEST_M))
+    ahead = float(np.exp(rng.uniform(np.log(NEAREST_M), np.log(FARTHEST_M))))
     aside = float(rng.uniform(-1.0, 1.0)) * min(reach_m, WIDE * ahead)
     c, s = math.cos(ego.yaw_rad), math.sin(ego.yaw_rad)
     return replace(ego, x_m=ego.x_m + c * ahead - s * aside, y_m=ego.y_m + s * ahead + c * aside)

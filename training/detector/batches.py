@@ -37,9 +37,12 @@ CROPS = (
 )
 """One is drawn for each batch. The second is the whole picture as it is seen beside a closer look; the last two are what the closer
 look shows, in which people are found or missed: a part of a picture that is as large already (`WINDOW`) is not drawn for them."""
-SOUGHT = {"vehicle": 0.2, "pedestrian": 0.4, "sign": 0.2, "panel": 0.05, "light": 0.15}
+SOUGHT = {"vehicle": 0.15, "pedestrian": 0.3, "sign": 0.2, "panel": 0.05, "light": 0.3}
 """Shares of the classes among the crops that are drawn for one object's sake; the others come as the pictures do."""
-SOUGHT_SHARE = 0.5
+SOUGHT_SHARE = 0.6
+FITS, LEAST_SCALE = 0.8, 0.3
+"""A sought object takes at most this share of a crop's sides, and is made smaller for it down to this scale: a light that fills the
+picture was hardly ever seen whole."""
 FIXED_FACES = (CLASSES.index("sign"), CLASSES.index("panel"))
 
 
@@ -111,7 +114,11 @@ def augmented(
     Mirrored only where no sign's or panel's face is in the picture: there are no mirrored signs.
     """
     scale = float(np.exp(rng.uniform(*np.log(scales))))
-    left, top = _corner(picture, _candidates(objects, sought), shape, scale, rng)
+    anywhere = rng.uniform(size=2)
+    box = _box(_candidates(objects, sought), rng)
+    if box is not None and sought is not None and scales[0] < 1.0:
+        scale = min(scale, max(LEAST_SCALE, FITS * min(shape[0] / (box[3] - box[1]), shape[1] / (box[2] - box[0]))))
+    left, top = _corner(picture, box, shape, scale, anywhere, rng)
     move = np.array([[scale, 0.0, -left * scale], [0.0, scale, -top * scale]])
     between = cv2.INTER_CUBIC if scale > 1 else cv2.INTER_LINEAR
     crop = cv2.warpAffine(picture, move, (shape[1], shape[0]), flags=between).astype(np.uint8, copy=False)
@@ -127,23 +134,27 @@ def _candidates(objects: NDArray[np.float32], sought: int | None) -> NDArray[np.
     return fitting if len(fitting) else objects
 
 
+def _box(objects: NDArray[np.float32], rng: np.random.Generator) -> NDArray[np.float32] | None:
+    """The box of one of them, mostly."""
+    return objects[int(rng.integers(len(objects))), 1:5] if len(objects) and rng.uniform() < 0.7 else None
+
+
 def _corner(
     picture: NDArray[np.uint8],
-    objects: NDArray[np.float32],
+    box: NDArray[np.float32] | None,
     shape: tuple[int, int],
     scale: float,
+    anywhere: NDArray[np.float64],
     rng: np.random.Generator,
 ) -> tuple[float, float]:
+    """Left and top of the crop: around a box, or anywhere in the picture by two shares of what is left of it."""
     high, wide = shape[0] / scale, shape[1] / scale
-    left = rng.uniform(0, max(picture.shape[1] - wide, 0.0))
-    top = rng.uniform(0, max(picture.shape[0] - high, 0.0))
-    if len(objects) and rng.uniform() < 0.7:
-        box = objects[int(rng.integers(len(objects))), 1:5]
+    room = np.maximum([picture.shape[1] - wide, picture.shape[0] - high], 0.0)
+    left, top = anywhere * room
+    if box is not None:
         left = (box[0] + box[2]) / 2 - rng.uniform(0.1, 0.9) * wide
         top = (box[1] + box[3]) / 2 - rng.uniform(0.1, 0.9) * high
-    left = np.clip(left, 0.0, max(picture.shape[1] - wide, 0.0))
-    top = np.clip(top, 0.0, max(picture.shape[0] - high, 0.0))
-    return float(left), float(top)
+    return float(np.clip(left, 0.0, room[0])), float(np.clip(top, 0.0, room[1]))
 
 
 def _moved(

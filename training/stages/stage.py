@@ -1,9 +1,9 @@
 """Random stages for training and testing detectors and readers: a scene composed by a seed, nothing driven.
 
 Held out for the split "test" (never seen in "train"): the last mesh family of every actor kind (``FAMILIES - 1``), the
-last font (``FONTS - 1``), the last variant of every plant, and the stages' seeds themselves (the split enters the
-random stream). "train" uses families 0 to ``FAMILIES - 2``, fonts 0 to ``FONTS - 2``, the other variants; "test" uses
-the held-out family and font in every object, so that a score on it is a score on unseen shapes.
+last font (``FONTS - 1``), the last variant of every plant, the last style of street furniture, and the stages' seeds
+themselves (the split enters the random stream). "train" uses the other families, fonts, variants and styles; "test" uses
+the held-out ones in every object, so that a score on it is a score on unseen shapes.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import numpy as np
 
 from services.simulator.render.device.resources import CONIFERS, HEDGES, TREES
 from services.simulator.render.models.actors import FAMILIES
+from services.simulator.render.models.street_furniture import STYLES
 from services.simulator.scene.scene import Atmosphere, Pose, Scene, Scenery, SceneryKind, StaticWorld
 from services.simulator.signart import COUNTRIES
 from training.stages.road import road
@@ -35,7 +36,7 @@ def random_stage(seed: int, split: Split) -> tuple[StaticWorld, Scene]:
         signs=signs(place, rng, split),
         gantries=gantries(place, rng, split),
         lights=lights(place, rng, junction),
-        scenery=_scenery(place, rng, split, junction),
+        scenery=_scenery(place, rng, split, junction) + _street_furniture(place, seed, split),
         seed=int(rng.integers(1 << 30)),
     )
     atmosphere = _atmosphere(rng)
@@ -121,6 +122,21 @@ def _plant(place: Place, rng: np.random.Generator, split: Split, s: float, later
         pose=place.at(s, lateral, float(rng.uniform(0, 6)) if kind != "hedge" else 0.0),
         look_seed=variant + count * int(rng.integers(100)),
     )
+
+
+def _street_furniture(place: Place, seed: int, split: Split) -> tuple[Scenery, ...]:
+    """What stands upright at both sides and is nobody, near and far, from a random stream of its own."""
+    rng = np.random.default_rng((2027, seed, 0 if split == "train" else 1))
+    if rng.uniform() < 0.3:
+        return ()
+    items = []
+    for _ in range(int(rng.integers(4, 28))):
+        style = int(rng.integers(STYLES - 1)) if split == "train" else STYLES - 1
+        lateral = place.edge_m + float(rng.choice([0.35, 1.0, 3.0, 8.0])) * float(rng.uniform(0.6, 1.4))
+        pose = place.at(float(np.exp(rng.uniform(1.2, 4.9))), float(rng.choice([-1.0, 1.0])) * lateral, math.pi)
+        look = style + STYLES * int(rng.integers(10_000))
+        items.append(Scenery(kind="street_furniture", pose=pose, look_seed=look))
+    return tuple(items)
 
 
 def _lamps(place: Place, rng: np.random.Generator, sense: float) -> list[Scenery]:

@@ -20,7 +20,7 @@ Indicator = Literal["off", "left", "right"]
 LightState = Literal["red", "red_amber", "amber", "green", "off"]
 Marking = Literal["none", "solid", "dashed", "double", "edge"]
 Surface = Literal["asphalt", "concrete", "pavement", "verge"]
-SceneryKind = Literal["tree", "conifer", "house", "tower", "lamp", "post", "hedge"]
+SceneryKind = Literal["tree", "conifer", "house", "tower", "lamp", "post", "hedge", "street_furniture"]
 Polyline = NDArray[np.float64]
 
 

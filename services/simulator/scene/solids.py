@@ -17,6 +17,7 @@ SCENERY_M = {
     "conifer": (0.5, 0.5, 6.0),
     "lamp": (0.16, 0.16, LAMP_HEIGHT_M),
     "post": (*MARKER_POST_M, POST_HEIGHT_M),
+    "street_furniture": (0.3, 0.3, 1.2),
 }
 """Length, width and height where the scenario leaves them to the looks."""
 THIN = frozenset({"lamp", "post"})

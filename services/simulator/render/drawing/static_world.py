@@ -12,6 +12,7 @@ from services.simulator.render.drawing import ground
 from services.simulator.render.models import buildings
 from services.simulator.render.models.mesh import Builder, Floats, Mesh, grid_triangles, merge, moved
 from services.simulator.render.models.plants import CONIFER_HEIGHT_M, HEDGE_LENGTH_M, TREE_HEIGHT_M
+from services.simulator.render.models.street_furniture import street_furniture
 from services.simulator.render.models.textures import Layer
 from services.simulator.scene.scene import Gantry, Pose, Scenery, SignPost, StaticWorld, TrafficLight
 from services.simulator.scene.solids import ABOVE_FACE_M, LAMP_HEIGHT_M, POST_HEIGHT_M, beside, hung
@@ -93,6 +94,10 @@ def _house(item: Scenery) -> Mesh:
     return _standing(item.pose, draw, item.length_m, item.width_m, item.height_m, item.look_seed)
 
 
+def _street_furniture(item: Scenery) -> Mesh:
+    return _standing(item.pose, street_furniture, item.height_m, item.look_seed)
+
+
 def post_faces(post: SignPost) -> list[FaceSpot]:
     """A post's faces with their true places."""
     pose, spots = post.pose, []
@@ -169,6 +174,7 @@ class World:
         self.ground = _pieces(resources, [part.mesh for part in parts], [part.line for part in parts])
         self.meadow = resources.upload(_meadow())
         solid = [_house(item) for item in static.scenery if item.kind in ("house", "tower")]
+        solid += [_street_furniture(item) for item in static.scenery if item.kind == "street_furniture"]
         solid += [_gantry(gantry) for gantry in static.gantries] + [_post(post) for post in static.signs]
         solid += [_pole(light) for light in static.lights]
         self.solid = _pieces(resources, solid, [False] * len(solid))

@@ -45,6 +45,16 @@ def test_a_small_box_stays_visible_on_a_large_one() -> None:
     assert targets.sides[:, v, u].sum() == pytest.approx(32.0)
 
 
+def test_a_sought_object_that_fills_the_picture_is_shown_whole() -> None:
+    picture, rng = np.full((360, 640, 3), 90, np.uint8), np.random.default_rng(4)
+    light = rows((CLASSES.index("light"), 250, 20, 390, 340, 1.0))
+    shown = [augmented(picture, light, (288, 448), rng, CLASSES.index("light"))[1] for _ in range(60)]
+    whole = [
+        len(objects) and objects[0, 5] >= 0.5 and objects[0, 4] - objects[0, 2] <= 0.8 * 288 + 1.0 for objects in shown
+    ]
+    assert np.mean(whole) > 0.6
+
+
 def test_crops_move_boxes_with_the_pixels() -> None:
     picture = np.zeros((360, 640, 3), np.uint8)
     picture[100:140, 200:280] = 255

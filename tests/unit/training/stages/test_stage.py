@@ -4,6 +4,7 @@ import pytest
 
 from services.simulator.render.device.resources import TREES
 from services.simulator.render.models.actors import FAMILIES
+from services.simulator.render.models.street_furniture import STYLES
 from services.simulator.signart import CODES
 from training.stages.stage import FONTS, Split, random_stage
 
@@ -34,6 +35,14 @@ def test_tree_variants_are_held_out(split: Split, held: bool) -> None:
     for seed in SEEDS:
         trees = [item for item in random_stage(seed, split)[0].scenery if item.kind == "tree"]
         assert all((item.look_seed % TREES == TREES - 1) is held for item in trees)
+
+
+@pytest.mark.parametrize(("split", "styles"), [("train", set(range(STYLES - 1))), ("test", {STYLES - 1})])
+def test_styles_of_street_furniture_are_held_out(split: Split, styles: set[int]) -> None:
+    things = [
+        item for seed in range(30) for item in random_stage(seed, split)[0].scenery if item.kind == "street_furniture"
+    ]
+    assert {item.look_seed % STYLES for item in things} == styles
 
 
 def test_every_sign_can_be_drawn_and_ids_are_unique() -> None:
