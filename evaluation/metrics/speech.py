@@ -42,6 +42,8 @@ SLOWED_MPS, SLOWED_WITHIN_S = 10 / 3.6, 10.0
 """Ours: a slow-down is a message with a target below the speed, after which the car loses 10 km/h within 10 s."""
 CAUSE_TTC_S, CAUSE_HEADWAY_S, CAUSE_MU = 8.0, 1.5, 0.56
 """Ours, generous: an approach, a short headway, the friction from which the event table calls a road slippery."""
+CLOSE_TTC_S = 5.0
+"""Ours: a vehicle that is met later is no reason to say "brake". Forward-collision warnings come 2 to 4 s ahead."""
 
 
 def nags(record: Record) -> int:
@@ -181,8 +183,8 @@ def _in_the_way_soon(actor: TrueActor) -> bool:
 def false_warnings(record: Record) -> int:
     """Warnings of a vehicle or a person ahead for which truth knows no such road user within a second.
 
-    Of a person: one in the path, or walking into it. Of a vehicle: one that is met within 8 s, or nearer than RSS allows. Or a hazard
-    that is on and that the warning names.
+    Of a person: one in the path, or walking into it. Of a vehicle: one that is met within 5 s, of the end of a queue within 8 s, or that
+    is nearer than RSS allows. Or a hazard that is on and that the warning names.
     """
     warned = [each for each in record.spoken if each.message.hazard in OF_ROAD_USERS]
     return sum(
@@ -196,8 +198,12 @@ def false_warnings(record: Record) -> int:
 
 def founded(truth: Truth, warning: Advisory) -> bool:
     """Whether truth knows the road user or the hazard that a warning names."""
+    if not names(warning, "lead_brakes"):
+        return _really_on(truth, warning)
+    within_s = CAUSE_TTC_S if warning.hazard == "slow_traffic" else CLOSE_TTC_S
+    hazard_on = any(names(warning, each.kind) for each in on_now(truth))
     lead_alone = msgspec.structs.replace(truth, actors=())
-    return _really_on(truth, warning) or (names(warning, "lead_brakes") and violates_rss(lead_alone))
+    return hazard_on or _soon(ttc_s(truth.gap_m, truth.closing_mps), within_s) or violates_rss(lead_alone)
 
 
 def unnecessary_slow_downs(record: Record) -> int:
@@ -237,8 +243,8 @@ def _approaches(truth: Truth) -> bool:
     return _soon(nearest_ttc_s(truth))
 
 
-def _soon(ttc: float | None) -> bool:
-    return ttc is not None and ttc < CAUSE_TTC_S
+def _soon(ttc: float | None, within_s: float = CAUSE_TTC_S) -> bool:
+    return ttc is not None and ttc < within_s
 
 
 def _beyond_sight(truth: Truth, speed_mps: float) -> bool:

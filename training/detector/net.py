@@ -65,7 +65,7 @@ class DetectorNet(nn.Module):
         self.stage4 = nn.Sequential(ConvBlock(stem, w4, stride=2), Residual(w4))
         self.stage8 = nn.Sequential(ConvBlock(w4, w8, stride=2), Residual(w8))
         self.stage16 = nn.Sequential(ConvBlock(w8, w16, stride=2), Residual(w16), Residual(w16))
-        self.stage32 = nn.Sequential(ConvBlock(w16, w32, stride=2), Residual(w32), Residual(w32))
+        self.stage32 = nn.Sequential(ConvBlock(w16, w32, stride=2), *(Residual(w32) for _ in range(4)))
         neck = w8
         self.lateral32 = ConvBlock(w32, neck, kernel=1)
         self.lateral16 = ConvBlock(w16, neck, kernel=1)

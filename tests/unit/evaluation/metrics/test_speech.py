@@ -192,6 +192,7 @@ def test_a_limit_is_told_again_after_the_law_had_another_one() -> None:
 
 OF_A_PERSON = {"topic": "person", "hazard": "pedestrian", "urgency": "alarm"}
 OF_A_LEAD = {"topic": "lead", "hazard": "closing_lead", "urgency": "warning"}
+OF_A_QUEUE = {"topic": "lead", "hazard": "slow_traffic", "urgency": "warning"}
 
 
 @pytest.mark.parametrize(
@@ -203,8 +204,10 @@ OF_A_LEAD = {"topic": "lead", "hazard": "closing_lead", "urgency": "warning"}
         (OF_A_PERSON, {"gap_m": 20.0, "closing_mps": 10.0}, 1),  # another one is no reason
         (OF_A_PERSON, {"hazards": (hazard("pedestrian", 4.0),)}, 0),
         (OF_A_LEAD, {}, 1),
-        (OF_A_LEAD, {"gap_m": 79.0, "closing_mps": 10.0}, 0),
-        (OF_A_LEAD, {"gap_m": 90.0, "closing_mps": 10.0}, 1),
+        (OF_A_LEAD, {"gap_m": 49.0, "closing_mps": 10.0}, 0),
+        (OF_A_LEAD, {"gap_m": 60.0, "closing_mps": 10.0}, 1),
+        (OF_A_QUEUE, {"gap_m": 79.0, "closing_mps": 10.0}, 0),
+        (OF_A_QUEUE, {"gap_m": 90.0, "closing_mps": 10.0}, 1),
         (OF_A_LEAD, {"gap_m": 8.0, "closing_mps": 0.0}, 0),  # nearer than RSS allows
         (OF_A_LEAD, {"actors": (person(40.0),)}, 1),
         (OF_A_LEAD, {"hazards": (hazard("priority", 4.0),)}, 0),
