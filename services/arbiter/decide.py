@@ -142,7 +142,7 @@ def weigh(request: ArbitrationRequest, inputs: Inputs, state: ArbiterState, prof
     braking = act.going(state.intervention, state.run_ns)
     asked, own = (unbraked(view), _unbraked_reading(reading)) if braking else (view, reading)
     due = partial(is_due, permission=inputs.permission, profile=profile)
-    checked = case(request, asked, own, state, profile, due)
+    checked = case(request, asked, own, state, profile, due, inputs.now_ns)
     r_act = min(checked.asked.r, checked.own.r) if checked.asked is not None and checked.own is not None else 0.0
     gains = utilities(r_act, profile)
     numbers = msgspec.structs.replace(

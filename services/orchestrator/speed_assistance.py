@@ -162,11 +162,11 @@ def _is_due(overspeed: Overspeed, now_ns: int) -> bool:
 
 
 def _answered(ego: Ego | None) -> bool:
-    """Whether the driver brakes or has lifted the foot (3.5.2.1.7); a pedal that is not told answers nothing."""
+    """Whether the driver brakes or has lifted the foot (3.5.2.1.7); a pedal that is not told, or is beyond its way, answers nothing."""
     if ego is None:
         return False
-    lifted = ego.accelerator_pedal is not None and ego.accelerator_pedal <= RELEASED
-    return lifted or (ego.brake_pedal is not None and ego.brake_pedal >= BRAKED)
+    lifted = ego.accelerator_pedal is not None and abs(ego.accelerator_pedal) <= RELEASED
+    return lifted or (ego.brake_pedal is not None and BRAKED <= ego.brake_pedal <= 1.0 + RELEASED)
 
 
 def warning_of(overspeed: Overspeed, now_ns: int) -> Warning:

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import msgspec
 
 from proto.decision import Advisory, ArbitrationRequest, Decision, Event, Fused, TraceRecord
+from proto.perception import Track
 from proto.speed_assistance import Picture, SpeedAssistance
 from proto.tools import Outcome
 from proto.world import WorldState
@@ -93,7 +94,7 @@ def request_of(state: State, advised: Advised, seen: Observations) -> Arbitratio
         ego_acceleration_mps2=accel.value if accel is not None else None,
         lead=next(iter(ahead), None),
         pedestrian=next(iter(persons), None),
-        others=tuple(dict.fromkeys((*ahead[1:], *persons[1:])))[:MOST_OTHERS],
+        others=_nearest(tuple(dict.fromkeys((*ahead[1:], *persons[1:])))),
         h=car.h if car is not None else None,
         brake_envelope=car.brake_envelope if car is not None else None,
         mu_low=conditions.mu_low if conditions is not None else None,
@@ -107,6 +108,12 @@ def request_of(state: State, advised: Advised, seen: Observations) -> Arbitratio
         past=past(state),
         heard=state.memory if state.unheard else None,
     )
+
+
+def _nearest(tracks: tuple[Track, ...]) -> tuple[Track, ...]:
+    """As many as are told, in their order: a row of vehicles far ahead hides no person who is near."""
+    near = sorted(tracks, key=lambda track: (track.x_m, track.track_id))[:MOST_OTHERS]
+    return tuple(track for track in tracks if track in near)
 
 
 def spoken_of(chosen: Candidate | None, decision: Decision) -> Candidate | None:

@@ -69,7 +69,7 @@ def read(latest: Latest, now_ns: int, max_age_s: float) -> Reading:
     degradation = latest.degradation[0] if latest.degradation is not None else None
     view = View(
         ego_speed_mps=_speed_mps(latest, ego, now_ns, max_age_s),
-        ego_acceleration_mps2=_acceleration_mps2(latest, ego, now_ns),
+        ego_acceleration_mps2=_acceleration_mps2(latest, ego, now_ns, max_age_s),
         actors=in_path(tracks),
         h=degradation.h if degradation is not None else None,
         brake_envelope=degradation.brake_envelope if degradation is not None else None,
@@ -90,14 +90,22 @@ def read(latest: Latest, now_ns: int, max_age_s: float) -> Reading:
 
 def _speed_mps(latest: Latest, ego: Ego | None, now_ns: int, max_age_s: float) -> float | None:
     """The speed, unless it is not told, or only one that was believed too long ago."""
+    speed = _young(latest, ego, now_ns, max_age_s)
+    return speed.mps if speed is not None else None
+
+
+def _acceleration_mps2(latest: Latest, ego: Ego | None, now_ns: int, max_age_s: float) -> float | None:
+    """The acceleration; no speed that is known bears out a deceleration where the speed is unknown."""
+    if ego is None:
+        return None
+    return ego_speed.acceleration_mps2(ego.acceleration_mps2, _young(latest, ego, now_ns, max_age_s))
+
+
+def _young(latest: Latest, ego: Ego | None, now_ns: int, max_age_s: float) -> Believed | None:
     speed = believed(latest, now_ns)
     if ego is None or ego.speed_mps is None or speed is None:
         return None
-    return speed.mps if abs(now_ns - speed.stamp_ns) / 1e9 <= max_age_s else None
-
-
-def _acceleration_mps2(latest: Latest, ego: Ego | None, now_ns: int) -> float | None:
-    return ego_speed.acceleration_mps2(ego.acceleration_mps2, believed(latest, now_ns)) if ego is not None else None
+    return speed if abs(now_ns - speed.stamp_ns) / 1e9 <= max_age_s else None
 
 
 def in_path(tracks: Tracks | None) -> tuple[Track, ...]:

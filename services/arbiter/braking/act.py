@@ -18,6 +18,11 @@ from services.arbiter.braking.budget import PAUSE_NS
 from services.arbiter.profiles.profile import Profile
 from services.arbiter.state import Intervention
 
+PEDAL_ERROR = 0.05
+"""A pedal may be measured so far beyond its way, which is from 0 to 1."""
+MOST_STEERING_RAD = 1.6
+"""No road wheel turns farther than a right angle."""
+
 
 class Permission(msgspec.Struct, frozen=True, kw_only=True):
     """What a verified grant allows; `refused`: why no grant counts."""
@@ -46,6 +51,10 @@ def overridden(pedals: Pedals, at_start: Pedals | None, profile: Profile) -> str
     """How the driver overrides, or why that cannot be seen; empty: the driver leaves it to the car, or brakes as well."""
     if pedals.brake is None or pedals.accelerator is None or pedals.steering_rad is None:
         return "the driver's pedals and wheel are not seen"
+    if not (
+        _is_pedal(pedals.brake) and _is_pedal(pedals.accelerator) and abs(pedals.steering_rad) <= MOST_STEERING_RAD
+    ):
+        return "the driver's pedals and wheel are not seen"  # what no pedal and no wheel can show shows nothing
     if pedals.accelerator >= profile.pedal_accelerator:
         return "the driver accelerates"
     if at_start is None:
@@ -55,6 +64,10 @@ def overridden(pedals: Pedals, at_start: Pedals | None, profile: Profile) -> str
     if abs(pedals.steering_rad - (at_start.steering_rad or 0.0)) > profile.wheel_turn_rad:
         return "the driver steers"
     return ""
+
+
+def _is_pedal(value: float) -> bool:
+    return -PEDAL_ERROR <= value <= 1.0 + PEDAL_ERROR
 
 
 def takes_over(pedals: Pedals, at_start: Pedals | None, profile: Profile) -> str:
@@ -112,6 +125,7 @@ def brake(
     if on and permission.envelope == "emergency" and not need.stands:  # it becomes no weaker before the danger is over
         limit = max(limit, running.brake_mps2)
     value = _ramp(running, limit, run_ns, profile) if on else min(limit, profile.act_jerk_mps3 * 0.1)
+    value = min(value, permission.max_deceleration_mps2)  # a grant that took another's place may allow less
     begun = Intervention(
         since_ns=running.since_ns if on else run_ns,
         last_ns=run_ns,

@@ -18,6 +18,9 @@ from services.arbiter.state import ArbiterState
 SEEING = frozenset({"perception/tracks", "perception", "can/ego", "can", "snapshot"})
 """Degradations under which nothing may rest on sight or motion."""
 
+GIVES_WAY_NS = 30_000_000_000
+"""For so long a word to give way counts: the way to the place, and the wait there."""
+
 
 class Case(msgspec.Struct, frozen=True, kw_only=True):
     """All that the rows look at: the request, the arbiter's own reading, and the worst undoubted actor that both have."""
@@ -32,7 +35,7 @@ class Case(msgspec.Struct, frozen=True, kw_only=True):
     watched: bool
     """Whether the arbiter saw the gap to that actor shrink."""
     gives_way: bool
-    """Whether the driver was told to give way at a place that is still ahead: a vehicle from the side may count on that."""
+    """Whether the driver was told to give way so lately that the place is ahead: a vehicle from the side may count on that."""
     c_min: float
     profile: Profile
     due: bool = False
@@ -46,13 +49,15 @@ def case(
     state: ArbiterState,
     profile: Profile,
     due: Callable[[Case], bool],
+    now_ns: int,
 ) -> Case:
     """Measure both views at the bounds for ACT, doubted actors left out, and pick the pair of the highest risk, `due` ones first.
 
     Actors are taken in pairs, one from each view: a further actor in either can only add a reason to brake, so that
     losing sight of one never enables ACT.
     """
-    gives_way = state.memory.last(Kind.GIVE_WAY) is not None
+    told = state.memory.last(Kind.GIVE_WAY)
+    gives_way = told is not None and now_ns - told.stamp_ns <= GIVES_WAY_NS
     theirs, ours = (_undoubted(view, profile, gives_way=gives_way) for view in (asked, reading.view))
     unpaired = Case(
         request=request, reading=reading, seen=(bool(theirs), bool(ours)), asked=None, own=None, watched=False,
@@ -79,7 +84,8 @@ def _risk(pair: Case) -> tuple[bool, float]:
 def undoubted(track: Track, profile: Profile, *, gives_way: bool) -> bool:
     """Seen now, for long enough, without a break, surely enough to brake for, by a camera that is known, and surely in the way."""
     return (
-        track.steady_s is not None
+        _measured(track)
+        and track.steady_s is not None
         and track.steady_s > 0.0
         and track.confidence >= profile.act_confidence
         and track.unseen_s <= profile.act_unseen_s
@@ -89,6 +95,12 @@ def undoubted(track: Track, profile: Profile, *, gives_way: bool) -> bool:
         and not track.oncoming
         and meets(track, profile, gives_way=gives_way)
     )
+
+
+def _measured(track: Track) -> bool:
+    """Whether its deviations and its confidence are such as a measurement can have: a negative deviation would spare the wrong side."""
+    sigmas = (track.sigma_x_m, track.sigma_y_m, track.sigma_vx_mps, track.sigma_vy_mps or 0.0)
+    return min(sigmas) >= 0.0 and track.confidence <= 1.0
 
 
 def meets(track: Track, profile: Profile, *, gives_way: bool) -> bool:

@@ -31,8 +31,8 @@ HAZARDS: dict[str, str] = {"vehicle": "closing_lead", "pedestrian": "pedestrian"
 def seen_hazards(views: Iterable[View], sightings: tuple[Sighting, ...], profile: Profile) -> tuple[str, ...]:
     """Hazards of either view that must be spoken whatever the budget: each once, in the order of the time to collision."""
     seen = [(n, view) for view in views for n in each(view, speak_bounds(view, profile), profile)]
-    vehicles = (n for n, _ in seen if n.track.kind == "vehicle")
-    next_m = min((n.gap_m for n in vehicles if hides_others(n.track, n.gap_m, sight(profile))), default=math.inf)
+    hiding = (n.gap_m for n, view in seen if n.track.kind == "vehicle" and _hides(n, view, profile))
+    next_m = min(hiding, default=math.inf)
     near = [n for n, view in seen if _hazardous(n, view, sightings, profile) and not _queued(n, view, next_m, profile)]
     ordered = sorted(near, key=lambda n: (n.ttc_s or 0.0, n.track.track_id))
     return tuple(dict.fromkeys(HAZARDS[n.track.kind] for n in ordered))
@@ -46,6 +46,17 @@ def sight(profile: Profile) -> Sight:
 def across(profile: Profile) -> Across:
     """The arbiter's own thresholds."""
     return Across(profile.stands_mps, profile.across_sigmas)
+
+
+def _hides(numbers: Numbers, view: View, profile: Profile) -> bool:
+    """Whether a vehicle may hide what is behind it; one that the ego passes beside its way hides nothing in it."""
+    return hides_others(numbers.track, numbers.gap_m, sight(profile)) and not _passed(numbers, view, profile)
+
+
+def _passed(numbers: Numbers, view: View, profile: Profile) -> bool:
+    speed_mps = None if view.ego_speed_mps is None else view.ego_speed_mps + numbers.track.vx_mps
+    least_mps = profile.stands_mps
+    return is_passed(numbers.track, numbers.gap_m, speed_mps, stands_mps=least_mps, across_mps=least_mps)
 
 
 def _hazardous(numbers: Numbers, view: View, sightings: tuple[Sighting, ...], profile: Profile) -> bool:
@@ -64,7 +75,7 @@ def _hazardous(numbers: Numbers, view: View, sightings: tuple[Sighting, ...], pr
         and track.confidence >= profile.hazard_confidence
         and _confirmed(track, sightings, profile)
         and is_vehicle_there(track, speed_mps, sight(profile), across(profile))
-        and not is_passed(track, numbers.gap_m, speed_mps, stands_mps=profile.stands_mps, across_mps=profile.stands_mps)
+        and not _passed(numbers, view, profile)
         and not contradicted(sightings, track.track_id, numbers.closing_mps, profile)
     )
 

@@ -22,6 +22,10 @@ UNSET_AFTER = 3.0
 MOST_SKEW_NS = VALID_NS["speed"]
 MOST_PLAUSIBLE = 1000.0
 """Metres, m/s, seconds: nothing that a car's sensors see exceeds it."""
+BEHIND_M = 15.0
+"""The error of a range: a lamp or a sign that is read may seem so far behind."""
+MOST_YAW_RADPS = 2.0
+"""No car turns faster on its wheels: a full turn takes 3 s."""
 MAX_STEP_S = 1.0
 LONGEST_LOOK_NS = SECOND
 """A look counts for no longer: what lies between two pictures that are further apart was not seen."""
@@ -67,6 +71,19 @@ def sane_health(car: Degradation) -> bool:
 def number(value: float | None) -> float | None:
     """The value if it is one that a road can hold."""
     return value if value is not None and abs(value) <= MOST_PLAUSIBLE else None
+
+
+def distance_ahead(told_m: float | None) -> float | None:
+    """The distance of a lamp or a sign that is read; what is far behind the car is not in its pictures."""
+    known_m = number(told_m)
+    return known_m if known_m is not None and known_m >= -BEHIND_M else None
+
+
+def yaw_rate(told_radps: float | None, speed_mps: float | None) -> float | None:
+    """The yaw rate if a car can turn so fast at that speed: its tyres hold no more sideways than along."""
+    if told_radps is None or not abs(told_radps) <= MOST_YAW_RADPS:
+        return None
+    return told_radps if abs(told_radps) * abs(speed_mps or 0.0) <= ego_speed.CHANGE_MPS2 else None
 
 
 def roads(seen: Observations) -> tuple[RoadAhead, ...]:
@@ -119,7 +136,7 @@ def motion_of(state: State, seen: Observations) -> Motion:
     ego, believed = fresh(seen.ego, VALID_NS["speed"], seen.now_ns), believed_speed(state.held, seen)
     young = believed is not None and is_fresh(believed.stamp_ns, VALID_NS["speed"], seen.now_ns)
     speed = believed.mps if believed is not None and young else None
-    yaw = number(ego.message.yaw_rate_radps) if ego is not None else None
+    yaw = yaw_rate(ego.message.yaw_rate_radps, speed) if ego is not None else None
     lanes = fresh(seen.lanes, VALID_NS["lanes"], seen.now_ns)
     return Motion(
         travelled_m=max(0.0, speed or 0.0) * step_s,

@@ -22,6 +22,8 @@ TOLD = 0.3
 """From this confidence on a believed reading may lower one."""
 SAME_POST_NS = 5_000_000_000
 """Signs passed within this time may stand on one post, or on both sides of the road."""
+SAME_PLACE_NS = 300_000_000
+"""Signs of one kind passed within this time stand in one place: the lower of two numbers counts."""
 SAME_BORDER_NS = 20_000_000_000
 """A border's signs are passed within this time."""
 UNSIGNED_KMH: dict[str, float] = {
@@ -135,8 +137,15 @@ def _set(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
     slot = sign.scope if sign.scope in ("gantry", "zone") else "permanent"
     if not _differs(getattr(signs, slot), posted) or (slot == "permanent" and _is_of_the_zone(signs, posted, now_ns)):
         return signs
+    if _contradicts(getattr(signs, slot), limit):
+        return signs
     also: dict[str, dict[str, object]] = {"zone": {"permanent": None}, "gantry": {"gantry_changed_ns": now_ns}}
     return changed(signs, now_ns, ended=(), **{slot: limit}, **also.get(slot, {}))
+
+
+def _contradicts(known: InForce | None, limit: InForce) -> bool:
+    """Whether a limit allows more than another one of the same place: one sign under two tracks, of which one is misread."""
+    return known is not None and limit.since_ns - known.since_ns <= SAME_PLACE_NS and limit.kmh > known.kmh
 
 
 def _is_of_the_zone(signs: Signs, posted: PostedLimit, now_ns: int) -> bool:

@@ -11,7 +11,7 @@ from collections.abc import Callable
 import msgspec
 
 from proto.scene import COUNTRIES, Fact
-from services.orchestrator.observations.validity import Motion
+from services.orchestrator.observations.validity import Motion, distance_ahead
 from services.orchestrator.signs.border_evidence import kept
 from services.orchestrator.signs.duplicate_tracks import as_passed, with_its_plates, without_earlier_tracks
 from services.orchestrator.signs.limits import (
@@ -91,7 +91,7 @@ def _take(signs: Signs, fact: Fact, motion: Motion, now_ns: int) -> Signs:
     of_track = tuple(each for each in signs.ahead if each.track_id == fact.track_id)
     others = tuple(each for each in signs.ahead if each.track_id != fact.track_id)
     known = next(iter(of_track), None)
-    sign = with_its_plates(_merge(known, fact, motion), known, others)
+    sign = with_its_plates(_merge(known, fact, motion, now_ns), known, others)
     others = tuple(with_its_plates(each, None, (sign,)) for each in others)
     read = (*(_doubted(each, sign) for each in of_track if _outlives(each, sign)), sign)
     if not fact.passed:
@@ -127,10 +127,11 @@ def plausible_value(value: float | None) -> bool:
     return value is None or 5.0 <= value <= 140.0
 
 
-def _merge(known: SignAhead | None, fact: Fact, motion: Motion) -> SignAhead:
+def _merge(known: SignAhead | None, fact: Fact, motion: Motion, now_ns: int) -> SignAhead:
+    seen_ns = min(fact.frame_stamp_ns, now_ns)  # no frame is of a time that is yet to come
     distance_m, seen_m = (known.distance_m, known.seen_m) if known is not None else (None, None)
-    if fact.distance_m is not None and math.isfinite(fact.distance_m):
-        distance_m = seen_m = fact.distance_m
+    if (at_m := distance_ahead(fact.distance_m)) is not None:
+        distance_m = seen_m = at_m
     return SignAhead(
         track_id=fact.track_id,
         kind=fact.kind,
@@ -142,8 +143,8 @@ def _merge(known: SignAhead | None, fact: Fact, motion: Motion) -> SignAhead:
         believed=fact.believed,
         distance_m=distance_m,
         seen_m=seen_m,
-        seen_ns=fact.frame_stamp_ns,
-        first_ns=known.first_ns if known is not None else fact.frame_stamp_ns,
+        seen_ns=seen_ns,
+        first_ns=known.first_ns if known is not None else seen_ns,
         candidates=tuple(each for each in fact.candidates[:5] if known_code(each.reading)),
         plates=tuple(filter(None, map(known_plate, fact.plates[:4]))),
         text=fact.text[:120],

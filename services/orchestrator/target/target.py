@@ -21,7 +21,7 @@ from services.orchestrator.law.limits_ahead import limits_ahead, surely
 from services.orchestrator.signs.limits import doubts_unit, in_force, may_be_ours
 from services.orchestrator.state import Lost, SignAhead, State
 from services.orchestrator.target.lost import Asks, holds_back, settled, unseen
-from services.orchestrator.world.actors import KNOWN_CONFIDENCE, known, tracks, vehicles
+from services.orchestrator.world.actors import KNOWN_CONFIDENCE, Way, known, tracks, vehicles
 from services.orchestrator.world.car_faults import UNKNOWN_BRAKES
 from services.orchestrator.world.conditions import UNKNOWN_FOLLOWING_FACTOR, UNKNOWN_SPEED_FACTOR
 from services.orchestrator.world.giving_way import READY_MPS, Place, place
@@ -410,8 +410,15 @@ def _experts(state: State) -> Iterator[Bound]:
 def _following(state: State, headway: float) -> Iterator[Bound]:
     """Open or close the gap to each vehicle ahead within `GAP_TIME_S`: the one met first need not be the one followed."""
     for way in vehicles(state.world):
-        if way.speed_mps is not None and not way.track.oncoming:
-            speed = max(0.0, way.speed_mps)
+        if not way.track.oncoming:
+            speed = max(0.0, _lead_mps(state, way))
             wanted_m = STANDSTILL_M + HEADWAY_S * headway * speed
             mps = max(0.0, speed + (way.least_m - wanted_m) / GAP_TIME_S)
             yield _of(way.track, Bound(mps, "lead", "perception", way.track.confidence))
+
+
+def _lead_mps(state: State, way: Way) -> float:
+    """The speed of a vehicle ahead; while the ego's own is unknown, by the one that was believed last, and without one it may stand."""
+    if way.speed_mps is not None:
+        return way.speed_mps
+    return 0.0 if state.held.speed_mps is None else state.held.speed_mps - way.closing_mps

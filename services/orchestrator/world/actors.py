@@ -42,7 +42,8 @@ ACROSS_SIGMAS = 4.0
 """Faster sideways than this many standard deviations a vehicle surely moves: crossing vehicles mostly show 12 and more."""
 SIGHT, ACROSS = Sight(YOUNG_S, LOST_S, CERTAIN, KNOWN_S), Across(CROSSES_MPS, ACROSS_SIGMAS)
 WATCHED_S, KEPT_S, HARDLY = 0.25, 0.7, 0.25
-MOST_GAPS = 60
+MOST_GAPS = 400
+"""Of all actors: a crowd pushes no sighting out before they are confirmed."""
 CONFIRMING = 3
 """Ticks of the last `KEPT_S` in which a doubted person has to be well seen in the way: ghosts of people last one or two."""
 STANDING_MPS = 1.0
@@ -178,12 +179,22 @@ def met(world: WorldState) -> tuple[Way, ...]:
     """The vehicles that may be met, in the order of `vehicles`: behind one that surely is before us those alone that surely show
     beyond it, and in a crawling queue none."""
     ways, ego_mps = vehicles(world), value_of(world.ego.speed_mps)
-    hiding = (way.gap_m for way in ways if hides_others(way.track, way.gap_m, SIGHT) and well_seen(way.track))
+    hiding = (way.gap_m for way in ways if _hides(way))
     least_hidden_m = min(hiding, default=math.inf) + QUEUED_M
     crawls = ego_mps is not None and ego_mps < CRAWL_MPS
     return tuple(
         way for way in ways if way.gap_m <= least_hidden_m or (not crawls and shows_beyond_others(way.track, SIGHT))
     )
+
+
+def _hides(way: Way) -> bool:
+    """Whether a vehicle may hide what is behind it; one that the ego passes beside its way hides nothing in it."""
+    return hides_others(way.track, way.gap_m, SIGHT) and well_seen(way.track) and not passed(way)
+
+
+def passed(way: Way) -> bool:
+    """Whether the ego passes a vehicle beside its way."""
+    return is_passed(way.track, way.gap_m, way.speed_mps, stands_mps=STANDS_MPS, across_mps=CROSSES_MPS)
 
 
 def stands(world: WorldState) -> bool:
@@ -202,10 +213,9 @@ def clear(gaps: tuple[GapSeen, ...], way: Way) -> bool:
     A vehicle that the ego passes close by lowers the target and is no hazard. One that comes towards the ego has to be seen in its way
     often enough: a lorry of the other lane lies in ours for a look or two, by its measured width.
     """
-    passed = is_passed(way.track, way.gap_m, way.speed_mps, stands_mps=STANDS_MPS, across_mps=CROSSES_MPS)
     there = well_seen(way.track) and is_vehicle_there(way.track, way.speed_mps, SIGHT, ACROSS)
     meets = not way.track.oncoming or _often(gaps, way)
-    return there and meets and not passed and not contradicted(gaps, way)
+    return there and meets and not passed(way) and not contradicted(gaps, way)
 
 
 def comes_from(way: Way) -> Literal["left", "right"] | None:

@@ -28,7 +28,9 @@ def sane_conditions(conditions: Conditions) -> bool:
         conditions.visibility_m or 0.0, conditions.rain_mm_h or 0.0, conditions.safe_speed_mps or 0.0,
     )  # fmt: skip
     possible = 0.0 < conditions.mu_low <= conditions.mu_high <= 1.5 and conditions.speed_factor > 0.0
-    return possible and all(map(math.isfinite, numbers))
+    least = min(conditions.following_factor, conditions.visibility_m or 0.0, conditions.rain_mm_h or 0.0)
+    sure = 0.0 <= conditions.confidence <= 1.0
+    return possible and sure and least >= 0.0 and all(map(math.isfinite, numbers))
 
 
 def settle(before: Conditions | None, after: Conditions) -> Conditions | None:

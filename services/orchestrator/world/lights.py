@@ -12,7 +12,14 @@ from typing import NamedTuple
 import msgspec
 
 from proto.scene import Fact
-from services.orchestrator.observations.validity import MOST_SKEW_NS, SECOND, UNSET_AFTER, VALID_NS, Motion
+from services.orchestrator.observations.validity import (
+    MOST_SKEW_NS,
+    SECOND,
+    UNSET_AFTER,
+    VALID_NS,
+    Motion,
+    distance_ahead,
+)
 from services.orchestrator.signs.limits import SURE
 from services.orchestrator.state import PERMISSION, Light
 
@@ -84,9 +91,19 @@ class _Reading(NamedTuple):
         return self.state in PERMISSION
 
     @property
+    def at_m(self) -> float | None:
+        """Its distance; None: unknown, or none that a lamp in the pictures can have."""
+        return distance_ahead(self.fact.distance_m)
+
+    @property
+    def passed(self) -> bool:
+        """Whether it was passed; one that is far ahead by its own distance was not."""
+        return self.fact.passed and (self.at_m is None or self.at_m <= LAMPS_APART_M)
+
+    @property
     def beyond_m(self) -> float:
         """How far behind the lamp held it stands; 0 where a distance is unknown."""
-        to_m, held_m = self.fact.distance_m, self.held.distance_m
+        to_m, held_m = self.at_m, self.held.distance_m
         return 0.0 if to_m is None or held_m is None else to_m - held_m
 
     @property
@@ -144,7 +161,7 @@ _FATES: tuple[tuple[Callable[[_Reading], bool], str], ...] = (
     (lambda r: r.outdated, HELD),
     (lambda r: r.taken_back, ENDS),
     (lambda r: r.fact.withdrawn, HELD),
-    (lambda r: r.fact.passed and r.same, ENDS),
+    (lambda r: r.passed and r.same, ENDS),
     (lambda r: r.fact.passed or r.is_none, HELD),
     (lambda r: r.permits and not r.granted, HELD),
     (lambda r: r.one_way and r.same, ENDS),
@@ -165,7 +182,7 @@ def _read_light(light: Light | None, fact: Fact, now_ns: int) -> Light | None:
         state=read.state,
         confidence=min(1.0, max(0.0, fact.confidence)),
         seen_ns=min(fact.frame_stamp_ns, now_ns),
-        distance_m=fact.distance_m if fact.distance_m is not None else held.distance_m,
+        distance_m=read.at_m if read.at_m is not None else held.distance_m,
         track_id=fact.track_id,
         arrow="" if read.same and not held.arrow else read.arrow,
     )

@@ -24,9 +24,9 @@ from services.orchestrator.observations.validity import (
     looked_ns,
     motion_of,
     newer,
-    number,
     roads,
     sane_health,
+    yaw_rate,
 )
 from services.orchestrator.signs import signs as sign_memory
 from services.orchestrator.state import Believed, Held, InForce, Limiter, Onset, SignAhead, Signs, State
@@ -155,7 +155,7 @@ def _world(state: State, seen: Observations, motion: Motion) -> WorldState:
     world = WorldState(
         stamp_ns=seen.tracks.stamp_ns if seen.tracks is not None and seen.cause == "snapshot" else seen.now_ns,
         tick=state.tick,
-        ego=_ego(state, seen, lanes),
+        ego=_ego(state, seen, motion, lanes),
         environment=_environment(state, seen, motion, lanes),
         degraded=_degraded(seen),
     )
@@ -171,9 +171,10 @@ def _is_sane(track: Track) -> bool:
     numbers = (
         track.x_m, track.y_m, track.vx_mps, track.vy_mps, track.ax_mps2, track.length_m, track.width_m,
         track.sigma_x_m, track.sigma_vx_mps, track.confidence, track.age_s, track.unseen_s,
-        track.steady_s or 0.0,
+        track.steady_s or 0.0, track.range_spread,
     )  # fmt: skip
-    return all(abs(number) <= MOST_PLAUSIBLE for number in numbers)
+    sizes = (track.length_m, track.width_m, track.sigma_x_m, track.sigma_vx_mps, track.range_spread)
+    return all(abs(number) <= MOST_PLAUSIBLE for number in numbers) and min(sizes) >= 0.0
 
 
 def _by_lanes(lanes: Stamped[Lanes], now_ns: int) -> _Told:
@@ -182,17 +183,18 @@ def _by_lanes(lanes: Stamped[Lanes], now_ns: int) -> _Told:
     return _Told("perception", 0.5, lanes.stamp_ns, VALID_NS["lanes"], now_ns)
 
 
-def _ego(state: State, seen: Observations, lanes: Stamped[Lanes] | None) -> EgoState:
+def _ego(state: State, seen: Observations, motion: Motion, lanes: Stamped[Lanes] | None) -> EgoState:
     car, now_ns = state.held.degradation, seen.now_ns
     ego = EgoState(position_m=_Told("map", 0.9, now_ns, VALID_NS["position"], now_ns).observed(seen.position_m))
     if seen.ego is not None:
         told, signals = _Told("can", 1.0, seen.ego.stamp_ns, VALID_NS["speed"], now_ns), seen.ego.message
         speed = believed_speed(state.held, seen)
+        young = speed if speed is not None and is_fresh(speed.stamp_ns, VALID_NS["speed"], now_ns) else None
         ego = msgspec.structs.replace(
             ego,
             speed_mps=told._replace(stamp_ns=speed.stamp_ns).observed(speed.mps) if speed is not None else None,
-            acceleration_mps2=told.observed(ego_speed.acceleration_mps2(signals.acceleration_mps2, speed)),
-            yaw_rate_radps=told.observed(number(signals.yaw_rate_radps)),
+            acceleration_mps2=told.observed(ego_speed.acceleration_mps2(signals.acceleration_mps2, young)),
+            yaw_rate_radps=told.observed(yaw_rate(signals.yaw_rate_radps, motion.speed_mps)),
         )
     if lanes is not None:
         told, lane = _by_lanes(lanes, now_ns), lanes.message

@@ -106,16 +106,12 @@ def lead(state: State, target: Target, events: dict[str, Event]) -> Iterator[Can
     """The vehicle that is met soonest, if soon: one that drives before us, or across our way."""
     if stands(state.world):
         return
-    way = next((way for way in met(state.world) if _soon_met(state, way) and clear(state.gaps, way)), None)
+    soon = (way for way in met(state.world) if _soon_met(state, way) and clear(state.gaps, way))
+    # A driver who brakes enough for the first need not brake enough for the next.
+    way = next((way for way in soon if not _is_heeded(state, way)), None)
     if way is None or way.ttc_s is None:
         return
-    # A queue that is close before its words are over is so at once; and a driver who hears "brake" hears the alarm after that.
-    ahead_s = 0.0 if told_within(state, Kind.LEAD, HEEDED_S) else LEAD_SPOKEN_S
-    close, side = way.ttc_s - ahead_s < _hazard_ttc_s(way), comes_from(way)
-    if _brakes_for(state, way, way.ttc_s, close=close):
-        return
-    if way.ttc_s >= ALARM_TTC_S and side is not None and _gives_way(state, way):
-        return
+    close, side = _is_close(state, way, way.ttc_s), comes_from(way)
     alarm = way.ttc_s < ALARM_TTC_S and not told_within(state, Kind.LEAD, LEAD_SPOKEN_S)
     known_as = "lead" if close else "slow_traffic"
     phrase = known_as if side is None else "crossing"
@@ -135,6 +131,19 @@ def lead(state: State, target: Target, events: dict[str, Event]) -> Iterator[Can
         confidence=way.track.confidence,
         asked_mps=target.mps,
     )
+
+
+def _is_close(state: State, way: Way, ttc_s: float) -> bool:
+    """A queue that is close before its words are over is so at once; and a driver who hears "brake" hears the alarm after that."""
+    ahead_s = 0.0 if told_within(state, Kind.LEAD, HEEDED_S) else LEAD_SPOKEN_S
+    return ttc_s - ahead_s < _hazard_ttc_s(way)
+
+
+def _is_heeded(state: State, way: Way) -> bool:
+    """Whether the driver brakes, or gives way, as a vehicle needs."""
+    if way.ttc_s is None or _brakes_for(state, way, way.ttc_s, close=_is_close(state, way, way.ttc_s)):
+        return True
+    return way.ttc_s >= ALARM_TTC_S and comes_from(way) is not None and _gives_way(state, way)
 
 
 def _brakes_for(state: State, way: Way, ttc_s: float, *, close: bool) -> bool:

@@ -9,11 +9,14 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from proto.decision import ArbitrationRequest
+from proto.vehicle import Ego
+from services.arbiter.assessment.reading import Latest, believed, read
 from services.arbiter.decide import decide
 from tests.safety import safety
 from tests.unit.services.arbiter.closed_loop import EMERGENCY
 from tests.unit.services.arbiter.support import (
     CALIBRATED,
+    SECOND,
     acts,
     fused,
     mirror,
@@ -138,6 +141,17 @@ def _guessed_lens(a: ArbitrationRequest, x: float) -> ArbitrationRequest:
     return replace(a, lead=replace(a.lead, range_spread=x, sigma_x_m=a.lead.sigma_x_m + x * a.lead.x_m))
 
 
+def _absurd_lead(**fields: float) -> Callable[[ArbitrationRequest, float], ArbitrationRequest]:
+    """With numbers that no measurement has, the farther off the greater x."""
+
+    def absurd(a: ArbitrationRequest, x: float) -> ArbitrationRequest:
+        if a.lead is None:
+            return a
+        return replace(a, lead=replace(a.lead, **{name: value * (0.01 + x) for name, value in fields.items()}))
+
+    return absurd
+
+
 LESS: dict[str, Callable[[ArbitrationRequest, float], ArbitrationRequest]] = {
     "field of view guessed": _guessed_lens,
     "lower confidence": _less_sure,
@@ -145,6 +159,10 @@ LESS: dict[str, Callable[[ArbitrationRequest, float], ArbitrationRequest]] = {
     "doubted actor": _doubted_lead,
     "actor not seen for longer": _older_lead,
     "actor measured less exactly": _vaguer_lead,
+    "place below no deviation": _absurd_lead(sigma_x_m=-1e3),
+    "speed below no deviation": _absurd_lead(sigma_vx_mps=-1e2),
+    "aside below no deviation": _absurd_lead(sigma_y_m=-1e2),
+    "surer than sure": lambda a, x: replace(a, lead=replace(a.lead, confidence=1.01 + x)) if a.lead else a,
     "no friction": lambda a, x: replace(a, mu_low=None, mu_high=None),
     "no upper bound of friction": lambda a, x: replace(a, mu_high=None),
     "no degradation": lambda a, x: replace(a, h=None),
@@ -271,3 +289,16 @@ def test_no_text_moves_the_decision(directive: str, justification: str) -> None:
     assert (
         decide(said, mirror(said), CALIBRATED).decision.kind == decide(asked, mirror(asked), CALIBRATED).decision.kind
     )
+
+
+@pytest.mark.xfail(reason="an acceleration of the ego that its speed does not bear out is believed", strict=True)
+def test_an_accelerometer_that_lies_begins_no_braking() -> None:
+    asked = request(track(gap_m=20.0, closing_mps=5.0), mu_low=0.8, mu_high=1.0)
+    assert not acts(asked)
+    before = believed(Latest(ego=(Ego(speed_mps=20.0, acceleration_mps2=0.0), SECOND)), SECOND)
+    for tick in range(1, 30):  # the speed stays as it is
+        now_ns = SECOND + tick * SECOND // 10
+        latest = Latest(ego=(Ego(speed_mps=20.0, acceleration_mps2=14.0), now_ns), speed=before)
+        before, view = believed(latest, now_ns), read(latest, now_ns, 0.3).view
+    lies = replace(asked, ego_acceleration_mps2=view.ego_acceleration_mps2)
+    assert not acts(lies)

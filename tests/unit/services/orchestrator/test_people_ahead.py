@@ -2,6 +2,7 @@
 
 import math
 
+import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
@@ -12,8 +13,9 @@ from services.orchestrator.speech.candidates.candidates import candidates
 from services.orchestrator.state import State
 from services.orchestrator.target.target import target
 from services.orchestrator.world.actors import crosses
+from tests.unit.services.orchestrator.judge import arbiter
 from tests.unit.services.orchestrator.near import car, hazards, observed, seen
-from tests.unit.services.orchestrator.support import START, replace
+from tests.unit.services.orchestrator.support import START, Drive, Played, actor, replace
 
 
 def test_a_ghost_before_a_person_does_not_silence_the_warning() -> None:
@@ -134,3 +136,31 @@ def test_on_a_straight_road_the_way_of_our_lane_changes_nothing(y_m: float, vy_m
 def test_who_is_surer_crosses_no_less(y_m: float, vy_mps: float, confidence: float, more: float) -> None:
     surer = min(1.0, confidence + more)
     assert crosses(walker(y_m, vy_mps, surer)) >= crosses(walker(y_m, vy_mps, confidence))
+
+
+@pytest.mark.parametrize("others", [0, 25, 60])
+def test_a_crowd_of_ghosts_keeps_no_warning_of_a_person_waiting(others: int) -> None:
+    drive = Drive(Played(arbiter=arbiter()), speed_mps=12.0)
+    drive.ticks(10)
+    hazards = []
+    for at in range(4):
+        gap_m, age_s = 30.0 - 1.2 * at, 0.4 + 0.1 * at
+        fields = {"kind": "pedestrian", "length_m": 0.6, "age_s": age_s}
+        ghosts = tuple(
+            actor(gap_m + 20.0 + number, 12.0, track_id=10 + number, confidence=0.2, **fields)
+            for number in range(others)
+        )
+        drive.tracks = (actor(gap_m, 12.0, track_id=1, confidence=0.6, **fields), *ghosts)
+        hazards.append(drive.tick().fused.hazard)
+    assert hazards == ["", "", "pedestrian", "pedestrian"]
+
+
+def test_a_row_of_vehicles_far_ahead_keeps_no_person_from_the_arbiter() -> None:
+    drive = Drive(Played(arbiter=arbiter()), speed_mps=12.0)
+    people = tuple(
+        actor(gap_m, 12.0, kind="pedestrian", track_id=number, length_m=0.6) for number, gap_m in ((1, 10.0), (2, 12.0))
+    )
+    drive.tracks = (*people, *(actor(40.0 + 6.0 * number, 5.0, track_id=20 + number) for number in range(10)))
+    drive.tick()
+    asked = drive.ask.requests[-1]
+    assert {1, 2} <= {track.track_id for track in (asked.pedestrian, *asked.others) if track is not None}

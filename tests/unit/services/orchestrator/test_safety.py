@@ -285,6 +285,41 @@ def test_an_accelerometer_that_lies_keeps_no_warning_back(
     assert told[0] == told[1]
 
 
+@safety(few=25)
+@given(
+    lie_mps2=st.floats(1.5, 15.0),
+    told_mps=st.none() | st.sampled_from((1e3, -1e3, float("nan"))),
+    gap_m=st.floats(3.0, 80.0),
+    closing_mps=st.floats(4.0, 14.0),
+)
+def test_no_deceleration_keeps_a_warning_back_while_no_speed_is_believed(
+    lie_mps2: float, told_mps: float | None, gap_m: float, closing_mps: float
+) -> None:
+    told = []
+    for mps2 in (-lie_mps2, None):
+        drive = Drive(Played(arbiter=arbiter()), speed_mps=14.0, road="rural")
+        drive.ticks(5)
+        drive.speed_mps, drive.acceleration_mps2 = told_mps, mps2
+        drive.ticks(10)
+        drive.tracks = (actor(gap_m, closing_mps),)
+        drive.lead = 5
+        drive.ticks(3)
+        told.append([(each.advisory.kind, each.advisory.directive) for _, _, each in drive.history[-3:]])
+    assert told[0] == told[1]
+
+
+@pytest.mark.parametrize("absurd", [{"range_spread": -0.9}, {"length_m": -90.0}, {"range_spread": 1e9}])
+def test_a_size_or_a_share_below_none_moves_no_car_farther_away(absurd: dict[str, float]) -> None:
+    drive = Drive()
+    drive.tracks, drive.lead = (actor(20.0, 6.0),), 5
+    drive.ticks(15)
+    stood = drive.target_mps
+    drive.tracks = tuple(replace(each, **absurd) for each in drive.tracks)
+    for _ in range(25):
+        drive.tick()
+        assert drive.target_mps <= stood + 1e-9
+
+
 def test_an_hour_old_or_coming_reading_of_the_car_is_none() -> None:
     for age_ns in (3600 * SECOND, -3600 * SECOND):
         drive = Drive()

@@ -93,3 +93,14 @@ def test_a_yaw_rate_that_drifts_while_the_ego_waits_is_no_turn() -> None:
     drive.junction_m, drive.speed_mps, drive.yaw_radps = 6.0, 0.0, 0.03
     drive.ticks(600)
     assert drive.target_mps == pytest.approx(30 * KMH)
+
+
+@FEW
+@given(yaw_radps=st.floats(1.6, 1e300), sign=st.sampled_from([-1.0, 1.0]), count=st.integers(1, 10))
+def test_a_yaw_rate_that_no_car_has_is_no_turn(yaw_radps: float, sign: float, count: int) -> None:
+    drive = at_thirty()
+    drive.junction_m = 10.0
+    travel(drive, 2.0)
+    drive.yaw_radps = sign * yaw_radps
+    drive.ticks(count)
+    assert len(in_force(drive.state.signs)) == 1

@@ -179,3 +179,14 @@ def test_what_the_driver_chose_is_heard_in_the_next_tick() -> None:
     drive.tick(preferences=preferences(tolerance_low=0.0))
     drive.ticks(60)
     assert any(text.startswith("Slow down") for text in drive.spoken())
+
+
+@given(st.floats(-1e9, -0.03) | st.floats(1.03, 1e9))
+def test_a_pedal_beyond_its_way_ends_no_sound(absurd: float) -> None:
+    for ego in (
+        Ego(accelerator_pedal=min(absurd, -0.03), brake_pedal=0.0),
+        Ego(accelerator_pedal=0.3, brake_pedal=absurd),
+    ):
+        assisted = Assisted()
+        assisted.drive(12.0, 66.0, ego=ego)
+        assert assisted.sounds() == [pytest.approx(3.1)]

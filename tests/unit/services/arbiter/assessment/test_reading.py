@@ -79,6 +79,18 @@ def test_the_own_acceleration_is_read_while_it_is_fresh() -> None:
     assert read(latest, 2 * SECOND, AGE_S).view.ego_acceleration_mps2 is None
 
 
+def test_a_deceleration_is_none_while_no_speed_bears_it_out() -> None:
+    for speed in (None, 500.0):
+        first = told(10.0, SECOND)
+        for tick in range(1, 20):
+            now_ns = SECOND + tick * SECOND // 10
+            before = believed(first, SECOND)
+            latest = Latest(ego=(Ego(speed_mps=speed, acceleration_mps2=-6.0), now_ns), speed=before)
+            view = read(latest, now_ns, AGE_S).view
+            assert view.ego_acceleration_mps2 is None or view.ego_speed_mps is not None
+    assert read(Latest(ego=(Ego(acceleration_mps2=2.0), SECOND)), SECOND, AGE_S).view.ego_acceleration_mps2 == 2.0
+
+
 def test_friction_and_health_stay_as_last_read_and_tracks_do_not() -> None:
     lead, aside = (
         Track(track_id=number, kind="vehicle", x_m=20.0, y_m=0.0, vx_mps=0.0, vy_mps=0.0, in_ego_path=number == 1)

@@ -4,7 +4,9 @@ from collections.abc import Sequence
 
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
+from proto.decision import Envelope
 from services.arbiter.assessment.assess import Numbers, View, act_bounds, measure
 from services.arbiter.assessment.reading import Pedals
 from services.arbiter.braking.act import Need, Permission, brake, danger_mps2, needed_mps2, overridden, stop
@@ -144,6 +146,25 @@ def test_no_clock_makes_the_running_clock_leap_or_go_back(steps: list[int], star
         after = advanced(run_ns, now_ns, now_ns + step)
         assert 0 <= after - run_ns <= LONGEST_STEP_NS
         run_ns, now_ns = after, now_ns + step
+
+
+@given(st.floats(0.5, 6.5), st.floats(0.1, 6.5), st.sampled_from(("soft", "emergency")), st.booleans())
+def test_a_grant_that_takes_the_place_of_one_under_way_binds_at_once(
+    braked_mps2: float, most_mps2: float, envelope: Envelope, hard: bool
+) -> None:
+    running = Intervention(since_ns=0, last_ns=9 * TICK, brake_mps2=braked_mps2, pedals=HANDS_OFF)
+    later = replace(EMERGENCY, max_deceleration_mps2=most_mps2, envelope=envelope)
+    _, command, _ = brake(running, Need(9.0, hard=hard, grip_mps2=9.0), later, HANDS_OFF, 10 * TICK, CALIBRATED)
+    assert command is not None
+    assert command.deceleration_mps2 <= most_mps2
+
+
+@given(st.floats(-1e9, -0.06) | st.floats(1.7, 1e9), st.sampled_from(("brake", "accelerator", "steering_rad")))
+def test_a_pedal_or_a_wheel_that_shows_what_none_can_is_not_seen(absurd: float, which: str) -> None:
+    absurd = absurd - 2.0 if which == "steering_rad" and absurd < 0.0 else absurd
+    _, command, why = brake(Intervention(), Need(9.0), GRANTED, replace(HANDS_OFF, **{which: absurd}), 0, CALIBRATED)
+    assert command is None
+    assert why
 
 
 def test_an_override_begins_a_rest() -> None:

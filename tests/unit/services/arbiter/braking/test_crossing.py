@@ -55,6 +55,17 @@ def test_a_car_that_the_ego_gives_way_to_is_not_expected_to_halt() -> None:
     assert not brakes(aside(gap_m=40.0, clearance_m=20.0), gives_way=True)
 
 
+def test_a_word_to_give_way_at_a_place_far_behind_counts_no_more() -> None:
+    asked = asked_for(aside())
+    inputs = inputs_for(asked, gives_way=True)
+    for minutes in (1, 60):
+        told = tuple(
+            replace(each, stamp_ns=inputs.now_ns - minutes * 60 * SECOND) for each in inputs.state.memory.spoken
+        )
+        state = replace(inputs.state, memory=Memory(spoken=told))
+        assert not acts(asked, replace(inputs, state=state))
+
+
 @given(gap_m=gaps, clearance_m=clearances, vy_mps=speeds, gives_way=st.booleans())
 def test_a_car_that_drives_away_or_stands_is_never_braked_for(
     gap_m: float, clearance_m: float, vy_mps: float, gives_way: bool

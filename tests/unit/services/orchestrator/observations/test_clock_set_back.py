@@ -20,6 +20,7 @@ from tests.unit.services.orchestrator.support import (
     Drive,
     Played,
     actor,
+    fact,
     limit_sign,
 )
 
@@ -50,6 +51,42 @@ def test_a_hazard_is_told_again_after_the_step_with_and_without_the_arbiter(back
         drive.now_ns -= round(back * SECOND)
         drive.ticks(3)
         assert any(ticked.advisory.kind != "SILENT" for _, _, ticked in drive.history[-3:])
+
+
+@FEW
+@given(st.floats(1.0, 900.0))
+def test_a_lamp_that_turns_red_after_the_step_is_red(back: float) -> None:
+    drive = Drive(speed_mps=5.0)
+    drive.tick(fact("light", "light:green", track_id=4, distance_m=60.0))
+    drive.now_ns -= round(back * SECOND)
+    drive.ticks(3)
+    drive.tick(fact("light", "light:red", track_id=4, distance_m=58.0))
+    assert drive.state.light is not None
+    assert drive.state.light.state == "red"
+
+
+@FEW
+@given(st.floats(0.2, 900.0))
+def test_a_red_light_stands_over_the_step(back: float) -> None:
+    drive = Drive(speed_mps=5.0)
+    drive.tick(fact("light", "light:red", track_id=4, distance_m=60.0))
+    drive.now_ns -= round(back * SECOND)
+    drive.tick()
+    assert drive.state.light is not None
+    assert drive.state.light.state == "red"
+
+
+@FEW
+@given(st.floats(1.0, 900.0), st.integers(1, 40))
+def test_an_overspeed_that_lasts_over_the_step_is_shown_and_sounded(back: float, before: int) -> None:
+    drive = Drive()
+    drive.tick(limit_sign("limit:50"))
+    drive.comes_to(18.0)
+    drive.ticks(before)
+    drive.now_ns -= round(back * SECOND)
+    shown = [drive.tick().assistance.warning for _ in range(60)]
+    assert "none" not in shown[15:]
+    assert "sounded" in shown
 
 
 def test_a_tool_that_failed_before_the_step_is_asked_after_it() -> None:

@@ -290,3 +290,30 @@ def test_a_sign_of_unknown_distance_is_given_up_after_six_seconds_out_of_sight()
     assert [sign.track_id for sign in drive.state.signs.ahead] == [8]
     drive.ticks(10)
     assert drive.state.signs.ahead == ()
+
+
+@pytest.mark.parametrize("order", [(30, 80), (80, 30)])
+@pytest.mark.parametrize("apart", [0, 1, 2])
+def test_of_two_numbers_read_in_one_place_the_lower_counts(order: tuple[int, int], apart: int) -> None:
+    first, second = (limit_sign(f"limit:{value}", track_id=value) for value in order)
+    drive = Drive(road="rural")
+    if apart:
+        drive.tick(first)
+        drive.ticks(apart)
+        drive.tick(second)
+    else:
+        drive.tick(first, second)
+    assert [each.kmh for each in in_force(drive.state.signs)] == [30.0]
+
+
+@pytest.mark.parametrize("absurd_m", [-1e9, -50.0, 1e6, 1e300])
+@pytest.mark.parametrize("ahead", ["limit:30", "limit:100"])
+def test_a_distance_that_no_sign_has_raises_no_target(ahead: str, absurd_m: float) -> None:
+    drive = Drive(road="rural")
+    drive.tick(limit_sign("limit:70"))
+    drive.tick(limit_sign(ahead, track_id=9, passed=False, distance_m=20.0))
+    stood = drive.target_mps
+    drive.tick(limit_sign(ahead, track_id=9, passed=False, distance_m=absurd_m))
+    assert drive.target_mps <= stood
+    drive.tick()
+    assert drive.target_mps <= stood

@@ -1,7 +1,7 @@
 """Every actor counts: none stands for all, and none hides another."""
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from domain import kinematics
@@ -328,3 +328,54 @@ def test_a_driver_who_brakes_as_hard_as_a_car_needs_hears_of_it_only_as_an_alarm
         assert hazards(braking) == hazards(coming)
     elif braking_mps2 > max(0.5, need_mps2):
         assert hazards(braking) == set()
+
+
+@given(
+    hider_m=st.floats(6.0, 20.0),
+    clearance_m=st.floats(0.01, 0.24),
+    oncoming=st.booleans(),
+    speed_mps=st.floats(2.0, 30.0),
+    age_s=st.floats(0.3, 1.9),
+)
+def test_a_vehicle_that_the_ego_passes_hides_none_that_is_in_the_way(
+    hider_m: float, clearance_m: float, oncoming: bool, speed_mps: float, age_s: float
+) -> None:
+    hider = car(
+        hider_m, -speed_mps - 5.0 * oncoming, 2, y_m=-2.0, clearance_m=clearance_m, oncoming=oncoming
+    )  # fmt: skip
+    standing = car(4.5 + 1.0 + 2.4 * speed_mps, -speed_mps, age_s=age_s, clearance_m=-1.0)
+    crossing = replace(standing, vy_mps=speed_mps + 2.1, sigma_vy_mps=0.1, y_m=-8.0, clearance_m=6.0)
+    for other in (standing, crossing):
+        alone, both = seen(other, speed_mps=speed_mps), seen(hider, other, speed_mps=speed_mps)
+        assert hazards(both) >= hazards(alone)
+
+
+@given(
+    near_m=st.floats(10.0, 40.0),
+    beyond_m=st.floats(2.0, 40.0),
+    closing_mps=st.floats(4.0, 10.0),
+    braking_mps2=st.floats(0.5, 9.0),
+)
+@example(near_m=25.0, beyond_m=37.0, closing_mps=10.0, braking_mps2=2.3)
+def test_a_driver_who_brakes_enough_for_the_next_car_hears_of_the_one_beyond_that_needs_more(
+    near_m: float, beyond_m: float, closing_mps: float, braking_mps2: float
+) -> None:
+    beyond = car(near_m + beyond_m + 4.5, -20.0, 2, age_s=3.0, clearance_m=-1.0)
+    following = car(near_m + 4.5, -closing_mps, clearance_m=-1.0)
+
+    def told(*tracks: Track) -> set[str]:
+        state = seen(*tracks, speed_mps=20.0)
+        ego = replace(state.world.ego, acceleration_mps2=observed(-braking_mps2))
+        return hazards(replace(state, world=replace(state.world, ego=ego)))
+
+    assert told(following, beyond) >= told(beyond)
+
+
+@given(st.floats(5.0, 100.0), st.floats(-5.0, 20.0), st.none() | st.floats(1.0, 20.0))
+def test_a_car_ahead_lowers_the_target_though_the_speed_of_our_own_is_unknown(
+    x_m: float, closing_mps: float, believed_mps: float | None
+) -> None:
+    ahead, measured = car(x_m, -closing_mps), 20.0 if believed_mps is None else believed_mps
+    known, unknown = seen(ahead, speed_mps=measured), seen(ahead, speed_mps=None)
+    unknown = replace(unknown, held=replace(unknown.held, speed_mps=believed_mps))
+    assert target(unknown).mps <= target(known).mps + 1e-9

@@ -194,3 +194,20 @@ def test_a_word_from_the_future_holds_off_no_later_one(ahead_s: float) -> None:
     drive.weather = ICY
     drive.tick()
     assert drive.target_mps == 6.0
+
+
+@pytest.mark.parametrize(
+    "absurd",
+    [
+        {"confidence": 7.0},
+        {"confidence": -0.1},
+        {"visibility_m": -1.0},
+        {"rain_mm_h": -2.0},
+        {"following_factor": -3.0},
+    ],
+)
+def test_a_report_with_a_number_that_no_weather_has_changes_nothing(absurd: dict[str, float]) -> None:
+    drive = drive_in(BAD)
+    stood = drive.target_mps
+    assert then(drive, **{"confidence": 0.9, **absurd}) == BAD
+    assert drive.target_mps <= stood

@@ -6,10 +6,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from proto.decision import Advisory
+from proto.scene import Facts
 from proto.sensors import StopLine
+from services.orchestrator.observations.inputs import Stamped
 from services.orchestrator.world.actors import EGO_HALF_M
 from services.orchestrator.world.giving_way import BEFORE_MIDDLE_M, READY_MPS, place
-from tests.unit.services.orchestrator.support import FEW, Drive, fact
+from tests.unit.services.orchestrator.support import FEW, SECOND, TICK, Drive, fact
 
 FAR_M = 200.0
 
@@ -248,3 +250,19 @@ def test_silence_of_the_map_never_raises_the_target_before_the_line(
         known.tick()
         lost.tick(road=None)
         assert lost.target_mps <= known.target_mps + 1e-9
+
+
+@FEW
+@given(st.floats(-300.0, 3600.0))
+def test_a_sign_read_in_a_frame_from_the_future_rules_the_next_junction_for_no_longer_than_another(
+    ahead_s: float,
+) -> None:
+    drive = coming()
+    sign = fact("sign", "priority_road", track_id=7, passed=True, distance_m=0.0)
+    now_ns = drive.now_ns + TICK
+    told_ns = now_ns + round(ahead_s * SECOND)
+    read = Facts(facts=(msgspec.structs.replace(sign, frame_stamp_ns=told_ns),))
+    drive.tick(facts=(Stamped(seq=1, stamp_ns=now_ns, message=read),))
+    drive.ticks(110)
+    show(drive, None, 40.0)
+    assert drive.tick().fused.target_why == "junction"

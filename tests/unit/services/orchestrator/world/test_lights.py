@@ -5,6 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from proto.scene import Fact, Facts
+from proto.sensors import StopLine
 from services.orchestrator.observations.inputs import Stamped
 from services.orchestrator.state import Light
 from tests.unit.services.orchestrator.support import FEW, SECOND, TICK, Drive, fact, replace
@@ -272,3 +273,27 @@ def test_no_withdrawal_of_another_light_ends_a_red(track_id: int, confidence: fl
     drive.tick(lamp("red", confidence=confidence, believed=False))
     drive.tick(lamp("red", track_id=track_id, confidence=0.0, believed=False, withdrawn=True))
     assert state(drive) == "red"
+
+
+@pytest.mark.parametrize("absurd_m", [-1e9, -50.0, 1e6, 1e300])
+@pytest.mark.parametrize("passed", [False, True])
+def test_a_distance_that_no_lamp_has_takes_no_red_away(absurd_m: float, passed: bool) -> None:
+    drive = at_red(speed_mps=12.0)
+    stood = drive.target_mps
+    drive.tick(lamp("red", distance_m=absurd_m))
+    assert drive.target_mps <= stood
+    drive.tick(lamp("red", distance_m=25.0, passed=passed))
+    assert state(drive) == "red"
+    assert drive.target_mps <= stood
+
+
+@pytest.mark.xfail(
+    reason="the next line that the map knows is taken for the light's, however far behind the light", strict=True
+)
+@pytest.mark.parametrize("kind", ["light", "crossing", "stop_line"])
+def test_a_line_of_the_map_far_behind_a_red_light_moves_the_place_to_stop_no_farther_away(kind: str) -> None:
+    alone = at_red(speed_mps=13.0)
+    beyond = Drive(speed_mps=13.0)
+    beyond.lines = (StopLine(distance_m=200.0, kind=kind),)  # type: ignore[arg-type]
+    beyond.tick(lamp("red"))
+    assert beyond.target_mps <= alone.target_mps
