@@ -27,27 +27,41 @@ class Believed(NamedTuple):
     stamp_ns: int
     owed_mps: float = 0.0
     """How much less the speed fell recently than the decelerations promised."""
+    unrisen_mps: float = 0.0
+    """How much less it rose than the accelerations promised."""
 
 
 def believed(told: Believed, before: Believed | None, mps2: float | None = None) -> Believed | None:
     """The reading that is told with an acceleration (m/s²) or, where that is no speed, the one that was believed before."""
     if not is_speed(told.mps, told.stamp_ns, before):
         return before
-    return told if before is None else told._replace(owed_mps=_owed_mps(told, before, mps2 or 0.0))
+    if before is None:
+        return told
+    short_mps = _short_mps(told, before, mps2 or 0.0)
+    kept = math.exp(-max(0.0, (told.stamp_ns - before.stamp_ns) / 1e9) / FORGETS_S)
+    return told._replace(
+        owed_mps=max(0.0, kept * before.owed_mps - short_mps),
+        unrisen_mps=max(0.0, kept * before.unrisen_mps + short_mps),
+    )
 
 
 def acceleration_mps2(mps2: float | None, speed: Believed | None) -> float | None:
-    """The acceleration that is told; None: no car has it, or it is a deceleration that the speed does not bear out."""
+    """The acceleration that is told; None: no car has it, or the speed does not bear it out."""
     if mps2 is None or not abs(mps2) <= CHANGE_MPS2:
         return None
-    return mps2 if mps2 >= 0.0 or (speed is not None and speed.owed_mps <= MOST_OWED_MPS) else None
+    if speed is None:
+        return mps2 if mps2 >= 0.0 else None
+    return mps2 if (speed.owed_mps if mps2 < 0.0 else speed.unrisen_mps) <= MOST_OWED_MPS else None
 
 
-def _owed_mps(told: Believed, before: Believed, mps2: float) -> float:
+def _short_mps(told: Believed, before: Believed, mps2: float) -> float:
+    """By how much less than the acceleration promises the speed rose, over a pause of `COUNTED_S` at most."""
     seconds = max(0.0, (told.stamp_ns - before.stamp_ns) / 1e9)
-    promised_mps = -max(-CHANGE_MPS2, mps2 if math.isfinite(mps2) else 0.0) * min(seconds, COUNTED_S)
-    kept_mps = before.owed_mps * math.exp(-seconds / FORGETS_S)
-    return max(0.0, kept_mps + promised_mps - (before.mps - told.mps))
+    if seconds <= 0.0 or not math.isfinite(mps2):
+        return 0.0
+    counted_s = min(seconds, COUNTED_S)
+    risen_mps2 = (told.mps - before.mps) / seconds
+    return (min(CHANGE_MPS2, max(-CHANGE_MPS2, mps2)) - risen_mps2) * counted_s
 
 
 def is_speed(mps: float, stamp_ns: int, before: Believed | None) -> bool:

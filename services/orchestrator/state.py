@@ -253,6 +253,8 @@ class Held(msgspec.Struct, frozen=True, kw_only=True):
     """When the car told it."""
     speed_owed_mps: float = 0.0
     """How much less it fell recently than the car's decelerations promised."""
+    speed_unrisen_mps: float = 0.0
+    """How much less it rose than the car's accelerations promised."""
     place_m: float | None = None
     """The room to the place to give way at that bounded the target last; None: none did."""
     target_mps: float | None = None
@@ -315,6 +317,8 @@ class State(msgspec.Struct, frozen=True, kw_only=True):
     stop_m: float | None = None
     """Distance to the stop line of the map, moved along when that is silent."""
     stop_kind: str = ""
+    passed_line_m: float | None = None
+    """How far the ego has driven since it passed a line of the map; None: far, or it passed none."""
     give_way: GiveWay = GiveWay()
     halted_ns: int | None = None
     """When the ego last stood at the line of the stop sign ahead."""

@@ -34,7 +34,7 @@ def _held(held: Held, now_ns: int) -> Held:
         for each in held.lost
     )
     if held.speed_ns > now_ns:
-        fields |= {"speed_mps": None, "speed_ns": 0, "speed_owed_mps": 0.0}
+        fields |= {"speed_mps": None, "speed_ns": 0, "speed_owed_mps": 0.0, "speed_unrisen_mps": 0.0}
     return msgspec.structs.replace(held, **fields)
 
 

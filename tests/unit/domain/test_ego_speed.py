@@ -1,4 +1,4 @@
-"""The speed bears out a deceleration, or the deceleration is not believed."""
+"""The speed bears out an acceleration, or the acceleration is not believed."""
 
 import math
 
@@ -56,6 +56,20 @@ def test_an_absurd_acceleration_is_none_and_owes_no_more_than_the_hardest(absurd
         assert acceleration_mps2(absurd_mps2, first) is None
     assert acceleration_mps2(told, first) == told
     assert acceleration_mps2(told, None) == (told if told >= 0.0 else None)
+
+
+@safety(few=100)
+@given(lie=st.floats(1.0, 15.0), slows=st.floats(0.0, 3.0))
+def test_a_rise_that_the_speed_does_not_bear_out_is_soon_not_believed(lie: float, slows: float) -> None:
+    found = driven([lie] * 60, [slows] * 60)
+    assert found[math.ceil(30.0 / lie) :] == [None] * (60 - math.ceil(30.0 / lie))
+
+
+@given(change=st.floats(-5.0, 5.0), pause_s=st.floats(0.2, 3.0))
+def test_a_pause_of_the_messages_casts_no_doubt_on_what_was_steady(change: float, pause_s: float) -> None:
+    after = believed(Believed(30.0 + change * pause_s, round(pause_s * 1e9)), Believed(30.0, 0), change)
+    assert after is not None
+    assert acceleration_mps2(change, after) == change
 
 
 def test_a_sensor_that_is_sound_again_is_believed_again() -> None:

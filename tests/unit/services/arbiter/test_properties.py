@@ -291,7 +291,6 @@ def test_no_text_moves_the_decision(directive: str, justification: str) -> None:
     )
 
 
-@pytest.mark.xfail(reason="an acceleration of the ego that its speed does not bear out is believed", strict=True)
 def test_an_accelerometer_that_lies_begins_no_braking() -> None:
     asked = request(track(gap_m=20.0, closing_mps=5.0), mu_low=0.8, mu_high=1.0)
     assert not acts(asked)

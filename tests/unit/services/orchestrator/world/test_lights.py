@@ -8,6 +8,7 @@ from proto.scene import Fact, Facts
 from proto.sensors import StopLine
 from services.orchestrator.observations.inputs import Stamped
 from services.orchestrator.state import Light
+from services.orchestrator.world.stops import stops
 from tests.unit.services.orchestrator.support import FEW, SECOND, TICK, Drive, fact, replace
 
 
@@ -287,9 +288,6 @@ def test_a_distance_that_no_lamp_has_takes_no_red_away(absurd_m: float, passed: 
     assert drive.target_mps <= stood
 
 
-@pytest.mark.xfail(
-    reason="the next line that the map knows is taken for the light's, however far behind the light", strict=True
-)
 @pytest.mark.parametrize("kind", ["light", "crossing", "stop_line"])
 def test_a_line_of_the_map_far_behind_a_red_light_moves_the_place_to_stop_no_farther_away(kind: str) -> None:
     alone = at_red(speed_mps=13.0)
@@ -297,3 +295,18 @@ def test_a_line_of_the_map_far_behind_a_red_light_moves_the_place_to_stop_no_far
     beyond.lines = (StopLine(distance_m=200.0, kind=kind),)  # type: ignore[arg-type]
     beyond.tick(lamp("red"))
     assert beyond.target_mps <= alone.target_mps
+
+
+@given(across_m=st.floats(8.0, 40.0), speed_mps=st.floats(2.0, 14.0), next_m=st.floats(80.0, 200.0))
+def test_behind_its_line_the_ego_is_not_to_stop_before_a_light_across_the_junction(
+    across_m: float, speed_mps: float, next_m: float
+) -> None:
+    drive, line_m = Drive(speed_mps=speed_mps), 10.0
+    while line_m > -1.0:
+        drive.lines = tuple(StopLine(distance_m=at_m, kind="light") for at_m in (line_m, line_m + next_m))
+        drive.tick(lamp("green", distance_m=line_m + across_m))
+        line_m -= 0.1 * speed_mps
+    drive.lines = (StopLine(distance_m=line_m + next_m, kind="light"),)
+    drive.tick(lamp("red", distance_m=line_m + across_m))
+    red = [stop for stop in stops(drive.state) if stop.why == "red_light"]
+    assert all(stop.room_m > line_m + across_m for stop in red)
