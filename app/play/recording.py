@@ -14,7 +14,7 @@ from drivemcp.files.models import find_model
 from services.player.can_log import SpeedSignal, log_beside, open_log, profile_of, speed_signal
 from services.player.drive_log import log_files
 from services.player.pictures import check_webcam, webcam_number
-from services.player.position_track import read_track, track_beside
+from services.player.position_track import not_read, read_track, track_beside
 from services.player.recording import Options, Recording
 from services.player.source import open_recording
 
@@ -124,4 +124,8 @@ def _speed_from(recording: Recording | None, log: CanLog | None, speed: SpeedSig
         return "; ".join(filter(None, (f"{speed.signal} of {speed.dbc.name} in {log.path.name}", log.summary)))
     if recording is not None and recording.ego:
         return "from the recording"
-    return f"from the positions in {track.name}" if track is not None else "unknown"
+    return (
+        "unknown"
+        if track is None
+        else "; ".join(filter(None, (f"from the positions in {track.name}", not_read(track))))
+    )

@@ -1,6 +1,6 @@
 """A bus description (DBC, ARXML, KCD, SYM) as cantools reads it, with what a strict reading would refuse."""
 
-import codecs
+import logging
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +9,10 @@ from cantools.database import load_file
 from cantools.database.errors import Error as CantoolsError
 
 from drivemcp.errors import UserError
+from drivemcp.files.encodings import encoding_of
 
+logging.getLogger("cantools.database.can.database").setLevel(logging.ERROR)
+"""It says that the last of two messages of one id is taken, which is not so here."""
 Key = tuple[bool, int]
 """(extended, id): the same number with 11 and with 29 bits is two messages."""
 
@@ -22,17 +25,32 @@ def key_of(message: Any) -> Key:
 def load_description(path: Path) -> Any:
     """The database, messages that are broken among it. Raises UserError naming the file."""
     try:
-        with path.open("rb") as file:
-            marked = file.read(3) == codecs.BOM_UTF8
-        return load_file(str(path), strict=False, encoding="utf-8-sig" if marked else None)
+        content = path.read_bytes()
+    except OSError as error:
+        raise UserError(
+            f"{path.name} cannot be read as a bus description: {error.strerror or 'the file cannot be opened'}"
+        ) from error
+    try:
+        return load_file(str(path), strict=False, encoding=encoding_of(content))
     except (OSError, CantoolsError, ValueError, KeyError, AttributeError, SyntaxError, TypeError) as error:
-        raise UserError(f"{path.name} cannot be read as a bus description: {_why(error)}") from error
+        why = foreign(content) or _why(error)
+        raise UserError(f"{path.name} cannot be read as a bus description: {why}") from error
+
+
+def foreign(content: bytes) -> str:
+    """What a file is that is no bus description, and what to do; empty where it may be one."""
+    head = content.lstrip()[:64].lower()
+    if not head:
+        return "it is empty; was a download broken off?"
+    if head.startswith(b"version https://git-lfs"):
+        return "it is a pointer of Git LFS and not the description: git lfs pull"
+    if head.startswith((b"<!doctype html", b"<html")):
+        return "it is a page and not a description: was a download answered by a web page?"
+    return ""
 
 
 def _why(error: Exception) -> str:
     """cantools' own words where it says what is wrong; a bare error of Python's says nothing of the file."""
-    if isinstance(error, OSError):
-        return error.strerror or "the file cannot be opened"
     below = [each for name, each in vars(error).items() if name.startswith("e_") and each is not None]
     if not isinstance(error, CantoolsError) or (
         below and not any(isinstance(each, CantoolsError | textparser.Error) for each in below)

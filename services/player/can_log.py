@@ -31,6 +31,12 @@ SPEED_UNITS = {
 }  # fmt: skip
 """A unit in a DBC or in a track's header, in lower case, in m/s."""
 
+DBC_SPELLINGS = {
+    **dict.fromkeys(("kmph", "unit_kilometerperhour"), "km/h"), **dict.fromkeys(("meter/s", "unit_meterpersecon"), "m/s"),
+    **dict.fromkeys(("mile/h", "miles/h", "unit_mileperhour"), "mph"),
+}  # fmt: skip
+"""More spellings that bus descriptions have of them."""
+
 
 class SpeedSignal(NamedTuple):
     """Where the ego speed stands: the DBC, the signal, its message, and what turns its value into m/s."""
@@ -49,7 +55,9 @@ class SpeedSignal(NamedTuple):
 def log_beside(source: Path) -> Path | None:
     """The CAN log of a recording: of the same name beside a file, or inside a folder. Raises UserError where there are several."""
     if source.is_dir():
-        found = sorted(file for file in source.iterdir() if file.suffix.lower() in FORMATS)
+        found = sorted(
+            file for file in source.iterdir() if file.suffix.lower() in FORMATS and not file.name.startswith(".")
+        )
     else:
         found = [file for suffix in FORMATS if (file := source.with_suffix(suffix)).is_file() and file != source]
     if len(found) > 1:
@@ -85,7 +93,8 @@ def speed_signal(dbc: Path | None, signal: str, unit: str) -> SpeedSignal:
 
 
 def _factor(path: Path, name: str, unit: str) -> float:
-    factor = SPEED_UNITS.get(unit.strip().lower())
+    spelt = unit.strip().lower()
+    factor = SPEED_UNITS.get(DBC_SPELLINGS.get(spelt, spelt))
     if factor is None:
         raise UserError(f"{path}: {name} is in {unit!r}; give --speed-unit: {', '.join(SPEED_UNITS)}")
     return factor

@@ -18,7 +18,9 @@ PICTURES = (".jpg", ".jpeg", ".png", ".bmp", ".webp")
 
 def open_folder(path: Path, options: Options) -> Recording:
     """Pictures in the order of the numbers in their names. Raises UserError where there are none."""
-    files = ordered(file for file in path.iterdir() if file.suffix.lower() in PICTURES)
+    files = ordered(
+        file for file in path.iterdir() if file.suffix.lower() in PICTURES and not file.name.startswith(".")
+    )  # a Mac writes ._NAME beside NAME on other disks
     if not files:
         raise UserError(f"{path} holds no pictures ({', '.join(PICTURES)}), no frame.json and no log")
     period_s = options.picture_period_s
@@ -31,18 +33,43 @@ def ordered(files: Iterable[Path]) -> list[Path]:
     found = sorted(files)
     if all(re.fullmatch(r"[0-9]+(\.[0-9]+)?", file.stem) for file in found):
         return sorted(found, key=lambda file: Decimal(file.stem))
-    return sorted(found, key=lambda file: [int(part) if part.isdigit() else part for part in _NUMBERS.split(file.name)])
+    return sorted(found, key=_by_numbers)
+
+
+def _by_numbers(file: Path) -> tuple[list[int | str], str]:
+    """The words and numbers of a name in turn; capitals and endings are no matter."""
+    parts = _NUMBERS.split(file.stem.casefold())
+    return [int(part) if place % 2 else part for place, part in enumerate(parts)], file.name
 
 
 def open_video(path: Path, options: Options) -> Recording:
     """A video at its own pace, turned as its camera was held, thinned to the highest rate. Raises UserError where it does not open."""
     capture = cv2.VideoCapture(str(path))
     if not capture.isOpened():
-        raise UserError(f"{path} does not open as a video")
+        raise UserError(f"{path} does not open as a video{_why(path)}")
     rate_hz = capture.get(cv2.CAP_PROP_FPS) or 25.0
     frames = max(0, int(capture.get(cv2.CAP_PROP_FRAME_COUNT)))
     shown = min(frames, round(frames / rate_hz * options.max_rate_hz))
     return Recording(path.name, shown, frames / rate_hz, camera_messages(_pictures(capture, options), options))
+
+
+def _why(path: Path) -> str:
+    """What a file is that is no video, where its beginning tells."""
+    with path.open("rb") as file:
+        head = file.read(64)
+    if not head:
+        return ": it is empty; was a download broken off?"
+    if head.startswith((b"#ROSBAG", b"SQLite format")):
+        return ": a rosbag is not read; write a frame.json or a folder of pictures from it"
+    if head.startswith(b"version https://git-lfs"):
+        return ": it is a pointer of Git LFS and not the video; git lfs pull"
+    if head.lstrip().startswith(b"<"):
+        return ": it is a page; was a download answered by a web page?"
+    return (
+        ": its end is missing; was the recorder cut off? A repair tool may write its index"
+        if head[4:8] == b"ftyp"
+        else ""
+    )
 
 
 def _pictures(capture: cv2.VideoCapture, options: Options) -> Iterator[Picture]:

@@ -1,5 +1,6 @@
 """A position track beside a recording (GPX, NMEA 0183, CSV) or inside its video: ego speed and position at the recording's pace."""
 
+import contextlib
 import csv
 import math
 import re
@@ -15,6 +16,7 @@ import gpxpy.gpx
 import pynmea2
 
 from drivemcp.errors import UserError
+from drivemcp.files.encodings import encoding_of
 from proto import topics
 from proto.sensors import GnssFix
 from proto.vehicle import Ego
@@ -43,64 +45,133 @@ class Fix(NamedTuple):
     """Clockwise from north."""
 
 
-def track_beside(source: Path) -> Path | None:
-    """The track of the same name beside a file, else the file itself if it holds one, or the first by name inside a folder.
+class NoTrackError(UserError):
+    """A table of something else."""
 
-    A file that is no track is passed over.
+
+class Left:
+    """What of a file was not read: by kind how often, and the first of it."""
+
+    def __init__(self) -> None:
+        self._kinds: dict[str, list[str]] = {}
+
+    def add(self, kind: str, where: str) -> None:
+        """Count one more."""
+        self._kinds.setdefault(kind, []).append(where)
+
+    def __str__(self) -> str:
+        return "; ".join(f"{len(found)} not read, first {found[0]}: {kind}" for kind, found in self._kinds.items())
+
+
+def track_beside(source: Path) -> Path | None:
+    """The track of the same name beside a file, else the file itself if it holds one, or the one inside a folder.
+
+    A table of something else is passed over. Raises UserError for a track that cannot be read, or several.
     """
     if source.is_dir():
-        files = sorted(file for file in source.iterdir() if file.suffix.lower() in READERS)
+        files = sorted(
+            file for file in source.iterdir() if file.suffix.lower() in READERS and not file.name.startswith(".")
+        )
     else:
         files = [file for suffix in READERS if (file := source.with_suffix(suffix)).is_file()]
-        files += [source] if source.suffix.lower() in SUFFIXES else []
-    return next((file for file in files if _is_track(file)), None)
+    found = [file for file in files if _is_track(file)]
+    if len(found) > 1:
+        names = ", ".join(file.name for file in found)
+        raise UserError(f"{source} has several position tracks: {names}; name one with --track, or --track none")
+    if not found and source.suffix.lower() in SUFFIXES and source.is_file():
+        with contextlib.suppress(UserError):  # most videos hold no positions
+            found = [source] if read_track(source) else []
+    return found[0] if found else None
 
 
 def _is_track(file: Path) -> bool:
     try:
         return bool(read_track(file))
-    except UserError:
+    except NoTrackError:
         return False
+    except UserError as error:
+        raise UserError(f"{error}; mend it, name another with --track, or --track none") from None
 
 
 def read_track(path: Path) -> tuple[Fix, ...]:
     """The fixes of a file in the order of their times, inside a video from its start. Raises UserError naming file and field."""
+    return _read(path)[0]
+
+
+def not_read(path: Path) -> str:
+    """What of a track was not read, in words; empty where all was. Raises UserError."""
+    return "" if path.suffix.lower() in SUFFIXES else str(_read(path)[1])
+
+
+def _read(path: Path) -> tuple[tuple[Fix, ...], Left]:
     inside = path.suffix.lower() in SUFFIXES
     reader = READERS.get(path.suffix.lower())
+    left = Left()
     if reader is None and not inside:
         raise UserError(
             f"{path}: a position track is one of {', '.join(READERS)}, or a video with positions ({', '.join(SUFFIXES)})"
         )
     try:
-        found = (
-            [Fix(*row) for row in embedded_rows(path)]
-            if reader is None
-            else list(reader(path.read_text(encoding="utf-8-sig")))
-        )
+        found = [Fix(*row) for row in embedded_rows(path)] if reader is None else list(reader(_text(path), left))
     except OSError as error:
         raise UserError(f"cannot read {path}: {error.strerror}") from None
-    except (gpxpy.gpx.GPXException, csv.Error, ValueError, OverflowError) as error:
+    except gpxpy.gpx.GPXException as error:
+        raise UserError(
+            f"{path}: no GPX, or one that is cut or damaged: {' '.join(str(error).split())[:200]}"
+        ) from None
+    except (csv.Error, ValueError, OverflowError) as error:
         raise UserError(f"{path}: {' '.join(str(error).split())[:200]}") from None
-    good = sorted((fix for fix in found if _is_place(fix)), key=lambda fix: fix.at_s)
+    except _OtherTableError as error:
+        raise NoTrackError(f"{path}: {error}") from None
+    timed = sorted((fix for fix in found if math.isfinite(fix.at_s)), key=lambda fix: fix.at_s)
+    good = [fix for fix in timed if _is_place(fix, left)]
     if len(good) < 2:
-        raise UserError(f"{path} holds {len(good)} fixes with time, latitude and longitude; a track needs two")
-    start_s = 0.0 if inside else good[0].at_s
-    return tuple(_moving([fix._replace(at_s=fix.at_s - start_s) for fix in good]))
+        told = f"; {left}" if str(left) else ""
+        raise UserError(f"{path} holds {len(good)} fixes with time, latitude and longitude; a track needs two{told}")
+    start_s = 0.0 if inside else timed[0].at_s
+    return tuple(_moving([fix._replace(at_s=fix.at_s - start_s) for fix in good])), left
 
 
-def _is_place(fix: Fix) -> bool:
-    return math.isfinite(fix.at_s) and abs(fix.latitude_deg) <= 90.0 and abs(fix.longitude_deg) <= 180.0
+def _text(path: Path) -> str:
+    content = path.read_bytes()
+    return content.decode(encoding_of(content), errors="replace")
+
+
+def _is_place(fix: Fix, left: Left) -> bool:
+    latitude, longitude = fix.latitude_deg, fix.longitude_deg
+    if abs(latitude) > 90.0 or abs(longitude) > 180.0:
+        left.add("no place on earth (are these degrees?)", f"latitude {latitude:g}, longitude {longitude:g}")
+        return False
+    if latitude == longitude == 0.0:
+        left.add("what a receiver writes that has no fix", "latitude 0, longitude 0")
+        return False
+    return True
 
 
 # -- formats -------------------------------------------------------------------------------------------------------------
 
 
-def _gpx(text: str) -> Iterator[Fix]:
-    for point in (point for track in gpxpy.parse(text).tracks for part in track.segments for point in part.points):
-        if point.time is not None:
-            told = [*(child.text for child in _children(point) if child.tag.rpartition("}")[2] == "speed"), point.speed]
-            speed = next((float(each) for each in told if each is not None), None)
-            yield Fix(point.time.timestamp(), point.latitude, point.longitude, speed, point.course)
+def _gpx(text: str, left: Left) -> Iterator[Fix]:
+    file = gpxpy.parse(re.sub(r"^\s*<\?xml.*?\?>", "", text))
+    points = (point for track in file.tracks for part in track.segments for point in part.points)
+    number = 0
+    for number, point in enumerate(points, 1):
+        if point.time is None:
+            left.add("it has no time", f"point {number}")
+            continue
+        told = [
+            *(child.text for child in _children(point) if child.tag.rpartition("}")[2] == "speed"),
+            str(point.speed),
+        ]
+        speed = next((value for each in told if (value := _number(each)) is not None), None)
+        yield Fix(point.time.timestamp(), point.latitude, point.longitude, speed, point.course)
+    if not number:
+        for kind, others in (
+            ("route point", [each for route in file.routes for each in route.points]),
+            ("waypoint", file.waypoints),
+        ):
+            for each in range(1, len(others) + 1):
+                left.add("it is of no track", f"{kind} {each}")
 
 
 def _children(point: gpxpy.gpx.GPXTrackPoint) -> Iterator[Element]:
@@ -108,68 +179,126 @@ def _children(point: gpxpy.gpx.GPXTrackPoint) -> Iterator[Element]:
         yield from extension.iter()
 
 
-def _nmea(text: str) -> Iterator[Fix]:
-    """RMC sentences that the receiver calls valid; a sentence that is broken or of another kind says nothing."""
-    for line in text.splitlines():
+RECEIVERS_START = 2000
+"""A receiver that has no time yet writes an earlier year."""
+
+
+def _nmea(text: str, left: Left) -> Iterator[Fix]:
+    """RMC sentences that the receiver calls valid; sentences of another kind are not missed where there are some."""
+    others: list[str] = []
+    known = False
+    for number, line in enumerate(text.splitlines(), 1):
+        if not line.strip():
+            continue
         try:
             said = pynmea2.parse(line[line.find("$") :] if "$" in line else line)
         except pynmea2.ParseError:
+            left.add("no NMEA sentence, or its checksum is wrong", f"line {number}")
             continue
-        if isinstance(said, pynmea2.types.talker.RMC) and said.status == "A" and said.lat and said.lon:
-            day, clock = said.datestamp, said.timestamp  # left as text where they do not parse
-            if isinstance(day, date) and isinstance(clock, time):
-                at = datetime.combine(day, clock.replace(tzinfo=UTC))
-                knots, course = _number(said.data[6]), _number(said.data[7])
-                speed = knots * SPEED_UNITS["kn"] if knots is not None else None
-                yield Fix(at.timestamp(), said.latitude, said.longitude, speed, course)
+        if not isinstance(said, pynmea2.types.talker.RMC):
+            others.append(f"line {number}")
+            continue
+        known = True
+        if said.status != "A" or not said.lat or not said.lon:
+            left.add("the receiver had no fix", f"line {number}")
+            continue
+        day, clock = said.datestamp, said.timestamp  # left as text where they do not parse
+        if not isinstance(day, date) or not isinstance(clock, time) or day.year < RECEIVERS_START:
+            left.add("it has no date or time", f"line {number}")
+            continue
+        at = datetime.combine(day, clock.replace(tzinfo=UTC))
+        knots, course = _number(said.data[6]), _number(said.data[7])
+        speed = knots * SPEED_UNITS["kn"] if knots is not None else None
+        yield Fix(at.timestamp(), said.latitude, said.longitude, speed, course)
+    for where in others if not known else ():
+        left.add("no RMC, which alone tells date, place and speed; have the receiver write RMC", where)
 
 
+_AND_UNIT = r"[ _]*[(\[]?(?:utc|gmt|(?P<unit>s|sec|seconds|ms|msec|milliseconds?|us|µs|microseconds?|ns))?[)\]]?"
 COLUMNS: Mapping[str, str] = {
-    "time": r"time|timestamp|t|seconds|time[ _]?\(?s\)?|elapsed.*|utc|date.?time",
-    "latitude": r"lat|latitude.*|lat[ _]?\(?deg.*",
-    "longitude": r"lon|lng|long|longitude.*|lon[ _]?\(?deg.*",
-    "course": r"course.*|heading.*|bearing.*|track.*",
+    "time": rf"(?:gps|unix)?[ _]?(?:time|timestamp|t|seconds|elapsed[a-z _]*?|utc|date.?time|zeit|zeitstempel){_AND_UNIT}",
+    "latitude": r"(?:gps[ _]?)?lat|(?:gps[ _]?)?latitude.*|lat[ _]?\(?deg.*|breite(?:ngrad)?.*",
+    "longitude": r"(?:gps[ _]?)?(?:lon|lng|long)|(?:gps[ _]?)?longitude.*|lon[ _]?\(?deg.*|l(?:ä|ae)nge(?:ngrad)?.*",
+    "course": r"course.*|heading.*|bearing.*|track(?:[ _(\[]*(?:deg|angle|made|true).*)?|kurs.*|richtung.*",
+    "date": r"date|datum|utc[ _]?date|gps[ _]?date",
+    "north or south": r"n[/_ ]?s.*|lat(?:itude)?[ _]?(?:dir|hemi|ref|n[/_ ]?s).*",
+    "east or west": r"e[/_ ]?w.*|lon(?:g|gitude)?[ _]?(?:dir|hemi|ref|e[/_ ]?w).*",
+}
+BESIDE = re.compile("accuracy|error|limit|sigma|std|genauigkeit")
+"""What a column says beside a quantity."""
+NEGATIVE = ("s", "w")
+TIME_UNITS = {
+    **dict.fromkeys(("ms", "msec", "millisecond", "milliseconds"), 1e3),
+    **dict.fromkeys(("us", "µs", "microsecond", "microseconds"), 1e6),
+    "ns": 1e9,
 }
 
 
-def _csv(text: str) -> Iterator[Fix]:
-    """Columns by the names in the first line. Raises ValueError naming the column."""
+class _OtherTableError(Exception):
+    """A table without the columns of a track."""
+
+
+def _csv(text: str, left: Left) -> Iterator[Fix]:
+    """Columns by the names in the first line that is no remark. Raises ValueError naming the column."""
     lines = text.splitlines()
-    rows = csv.DictReader(lines, delimiter=max(",;\t", key=lines[0].count) if lines else ",")
+    first = next((at for at, line in enumerate(lines) if line.strip() and not re.match(r"\s*(#|sep=)", line)), 0)
+    delimiter = max(",;\t", key=lines[first].count) if lines else ","
+    rows = csv.DictReader(lines[first:], delimiter=delimiter)
     names = [name for name in rows.fieldnames or () if name]
     columns = {what: _column(names, pattern) for what, pattern in COLUMNS.items()}
+    for place, side in (("latitude", "north or south"), ("longitude", "east or west")):
+        if columns[place] == columns[side]:  # `latitude_ref` before `latitude`
+            columns[place] = _column([name for name in names if name != columns[side]], COLUMNS[place])
     missing = [what for what in ("time", "latitude", "longitude") if not columns[what]]
     if missing:
-        raise ValueError(f"no column {' nor '.join(missing)} among {', '.join(names)}")
+        raise _OtherTableError(f"no column {' nor '.join(missing)} among {', '.join(names)}")
+    unit = re.fullmatch(COLUMNS["time"], columns["time"].strip().lower())
     speed, factor = _speed_column(names)
-    for number, row in enumerate(rows, 2):
-        if any(row.get(columns[what]) is None for what in ("time", "latitude", "longitude")):
-            continue  # a line that was cut
-        at_s, course = _time(row[columns["time"]], number), _number(row.get(columns["course"]))
-        latitude, longitude = _number(row[columns["latitude"]]), _number(row[columns["longitude"]])
-        told = _number(row.get(speed))
-        if latitude is not None and longitude is not None:
-            yield Fix(at_s, latitude, longitude, told * factor if told is not None else None, course)
+    for row in rows:
+        where = f"line {first + rows.line_num}"
+        said = {what: (row.get(name) or "").strip() for what, name in columns.items()}
+        if not any((each or "").strip() for each in row.values() if not isinstance(each, list)):
+            continue
+        at_s = _time(" ".join(filter(None, (said["date"], said["time"]))), unit["unit"] if unit else "", delimiter)
+        if at_s is None:
+            left.add("neither seconds nor an ISO 8601 time", f"{where}: time {said['time']!r}")
+            continue
+        latitude, longitude = (_number(said[what], delimiter) for what in ("latitude", "longitude"))
+        if latitude is None or longitude is None:
+            where = f"{where}: {columns['latitude']} {said['latitude']!r}, {columns['longitude']} {said['longitude']!r}"
+            left.add("no degrees as numbers", where)
+            continue
+        latitude = -abs(latitude) if said["north or south"].lower().startswith(NEGATIVE) else latitude
+        longitude = -abs(longitude) if said["east or west"].lower().startswith(NEGATIVE) else longitude
+        told, course = _number(row.get(speed), delimiter), _number(said["course"], delimiter)
+        yield Fix(at_s, latitude, longitude, told * factor if told is not None else None, course)
 
 
 def _column(names: list[str], pattern: str) -> str:
-    return next((name for name in names if re.fullmatch(pattern, name.strip().lower())), "")
+    known = (name for name in names if re.fullmatch(pattern, name.strip().lower()))
+    return next((name for name in known if not BESIDE.search(name.lower())), "")
 
 
 def _speed_column(names: list[str]) -> tuple[str, float]:
     """The column of the speed and what turns it into m/s; none: no name."""
+    unknown = ""
     for name in names:
-        if name.strip().lower().startswith(("speed", "velocity")):
-            unit = re.sub(r"speed|velocity|[ _()\[\]]", "", name.strip().lower())
-            if unit not in SPEED_UNITS:
-                raise ValueError(f"column {name!r}: name its unit, as in speed_kmh ({', '.join(SPEED_UNITS)})")
-            return name, SPEED_UNITS[unit]
+        found = re.match(r"(?:gps|ground)?[ _]?(?:speed|velocity|geschwindigkeit)(?P<unit>.*)", name.strip().lower())
+        if found and not BESIDE.search(name.lower()):
+            unit = re.sub(r"over[ _]ground|[ _()\[\]]", "", found["unit"])
+            if unit in SPEED_UNITS:
+                return name, SPEED_UNITS[unit]
+            unknown = unknown or name
+    if unknown:
+        raise ValueError(f"column {unknown!r}: name its unit, as in speed_kmh ({', '.join(SPEED_UNITS)})")
     return "", 1.0
 
 
-def _number(text: str | None) -> float | None:
+def _number(text: str | None, delimiter: str = "") -> float | None:
+    """A finite number; where no comma stands between numbers it may be the decimal one."""
+    text = text or "nan"
     try:
-        value = float(text or "nan")
+        value = float(text.replace(",", ".") if delimiter and delimiter != "," else text)
     except ValueError:
         return None
     return value if math.isfinite(value) else None
@@ -179,18 +308,19 @@ SINCE_1970 = ((1e17, 1e9), (1e14, 1e6), (1e11, 1e3))
 """Nano-, micro- and milliseconds since 1970 by their magnitude."""
 
 
-def _time(text: str, line: int) -> float:
-    number = _number(text)
+def _time(text: str, unit: str | None, delimiter: str) -> float | None:
+    number = _number(text, delimiter)
     if number is not None:
-        return number / next((scale for least, scale in SINCE_1970 if number > least), 1.0)
+        scale = next((scale for least, scale in SINCE_1970 if number > least), 1.0)
+        return number / TIME_UNITS.get(unit or "", scale)
     try:
-        at = datetime.fromisoformat(text.strip())
+        at = datetime.fromisoformat(re.sub(r"\s*UTC$", "+00:00", text.strip()))
     except ValueError:
-        raise ValueError(f"line {line}: time {text!r} is neither seconds nor an ISO 8601 time") from None
+        return None
     return (at if at.tzinfo is not None else at.replace(tzinfo=UTC)).timestamp()
 
 
-READERS: Mapping[str, Callable[[str], Iterator[Fix]]] = {".gpx": _gpx, ".nmea": _nmea, ".csv": _csv}
+READERS: Mapping[str, Callable[[str, Left], Iterator[Fix]]] = {".gpx": _gpx, ".nmea": _nmea, ".csv": _csv}
 
 
 # -- motion --------------------------------------------------------------------------------------------------------------

@@ -157,6 +157,10 @@ def _points(file: Path, told: LidarPart) -> Floats:
         raise UserError(f"{file}: lidar.file: {path.name} does not hold rows of x, y, z, intensity, ring (float32)")
     rows = values.reshape(-1, _COLUMNS).astype(np.float64)
     good: Floats = rows[np.isfinite(rows).all(axis=1)]
+    if np.any(good[:, 3] < 0.0):
+        raise UserError(
+            f"{file}: lidar.file: {path.name} holds intensities below 0; are its rows x, y, z, intensity alone? Add a column for the ring"
+        )
     return good
 
 

@@ -20,7 +20,7 @@ from proto.scene import SceneGraph
 from services.drivelm.graph.answering import ask
 from services.drivelm.graph.templates import recognise
 from studies.gvqa.drivelm_json import from_drivelm
-from studies.gvqa.files import SUBMITTED, Row, load, questions_only, rows
+from studies.gvqa.files import SUBMITTED, Row, load, of_file, questions_only, rows
 from studies.gvqa.json_fields import UnreadableGraph, as_object, field
 from studies.gvqa.language_model import answers_by
 from studies.output import Sheet, add_json, show
@@ -83,7 +83,8 @@ def main(arguments: Sequence[str]) -> int:
     add_json(parser)
     flags = parser.parse_args(arguments)
     try:
-        found = answers(load(flags.file), black=flags.black, by=answers_by(flags.set) if flags.set else None)
+        by_whom = answers_by(flags.set) if flags.set else None
+        found = of_file(flags.file, lambda document: answers(document, black=flags.black, by=by_whom))
         by = _submitter(flags.submission) if flags.submission else None
     except (UnreadableGraph, UserError, ToolFailed) as error:
         sys.stderr.write(f"studies.gvqa.answer: {error}\n")

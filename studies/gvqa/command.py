@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from evaluation.tables.columns import Column
-from studies.gvqa.files import load, rows
+from studies.gvqa.files import of_file, rows
 from studies.gvqa.json_fields import UnreadableGraph
 from studies.gvqa.pairing import Oddities, pair
 from studies.gvqa.scores import Report, report
@@ -35,8 +35,8 @@ def main(arguments: Sequence[str]) -> int:
     add_json(parser)
     flags = parser.parse_args(arguments)
     try:
-        reference = rows(load(flags.reference))
-        found = {str(file): report(*pair(load(file), reference)) for file in flags.predictions}
+        reference = of_file(flags.reference, rows)
+        found = {str(file): report(*of_file(file, lambda each: pair(each, reference))) for file in flags.predictions}
     except UnreadableGraph as error:
         sys.stderr.write(f"studies.gvqa: {error}\n")
         return 2

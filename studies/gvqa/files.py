@@ -1,16 +1,19 @@
 """The two files: a reference of DriveLM's form, and predictions as DriveLM's file or as its challenge's list of answers."""
 
+import contextlib
 from codecs import BOM_UTF8
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import msgspec
 
 from drivemcp.errors import MALFORMED
 from services.drivelm.graph.templates import LAYERS
 from studies.gvqa.json_fields import UnreadableGraph, as_list, as_object, as_text, field
+
+T = TypeVar("T")
 
 
 class Place(NamedTuple):
@@ -44,13 +47,29 @@ class Given(NamedTuple):
 
 
 def load(path: Path) -> Any:
-    """The JSON value of a file. Raises ``UnreadableGraph``."""
+    """The JSON value of a file, or the list of those that stand in a line each. Raises ``UnreadableGraph``."""
     try:
-        return msgspec.json.decode(path.read_bytes().removeprefix(BOM_UTF8))
+        text = path.read_bytes().removeprefix(BOM_UTF8).strip()
     except OSError as error:
         raise UnreadableGraph(f"{path}: {error.strerror}") from None
+    if not text:
+        raise UnreadableGraph(f"{path}: it is empty")
+    try:
+        return msgspec.json.decode(text)
     except MALFORMED as error:
+        with contextlib.suppress(*MALFORMED):
+            if len(lines := msgspec.json.Decoder().decode_lines(text)) > 1:
+                return lines
         raise UnreadableGraph(f"{path}: not JSON: {error}") from None
+
+
+def of_file(path: Path, read: Callable[[Any], T]) -> T:
+    """What `read` makes of a file. Raises ``UnreadableGraph`` naming the file."""
+    document = load(path)
+    try:
+        return read(document)
+    except UnreadableGraph as error:
+        raise UnreadableGraph(f"{path}: {error}") from None
 
 
 def rows(document: Any) -> list[Row]:
@@ -76,12 +95,12 @@ def _frame(scene: str, frame: str, questions: Mapping[str, Any], where: str) -> 
 
 def _values(questions: Mapping[str, Any], where: str) -> Iterator[tuple[str, Any, str]]:
     for layer in LAYERS:
-        for number, value in enumerate(as_list(questions.get(layer, []), f"{where}.{layer}")):
+        for number, value in enumerate(as_list(questions.get(layer) or [], f"{where}.{layer}")):
             yield layer, value, f"{where}.{layer}[{number}]"
 
 
 def _tags(row: Mapping[str, Any], where: str) -> tuple[int, ...]:
-    tags = as_list(row.get("tag", []), f"{where}.tag")
+    tags = as_list([] if row.get("tag") is None else row["tag"], f"{where}.tag")
     if not all(type(tag) is int and 0 <= tag <= 3 for tag in tags):
         raise UnreadableGraph(f"{where}.tag: expected numbers 0 to 3, found {tags!r:.80}")
     return tuple(tags)

@@ -152,7 +152,7 @@ class CanLog:
                 except StopIteration:
                     break
                 self._pass_over(lines.take()[:-1], form)
-                message.timestamp = message.timestamp if form.stamp_s is None else form.stamp_s
+                form.mend(message)
                 yield message
             self._pass_over(lines.take(), form)
             if lines.complaint and bad != lines.number:

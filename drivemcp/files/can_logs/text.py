@@ -3,6 +3,7 @@
 import codecs
 import gzip
 import itertools
+import logging
 import re
 import zlib
 from collections.abc import Iterator
@@ -12,8 +13,12 @@ from typing import IO, Any
 
 import can
 
+logging.getLogger("can.io.trc").setLevel(logging.ERROR)
+"""It tells of each line that it cannot read; so do we, by its number."""
 EVENT = re.compile(r"\s*(-?)(\d+)[.,](\d+)(?=\s)")
 """How an event of an .asc begins: its stamp, whose decimal point some locales write as a comma."""
+_REQUEST = re.compile(r"\s+(?:CANFD\s+)?\d+\s+(?:\S+\s+){0,2}TxRq\b", re.I)
+"""A request to send is no frame yet; the frame has a line of its own."""
 HEADER_LINES = 1000
 EXCERPT = 60
 _ASC_OWN = re.compile(
@@ -26,8 +31,14 @@ _SHOWN = re.compile(
 )
 _COLOURS = re.compile(r"\x1b\[[0-9;]*m")
 _RAW_LENGTH = re.compile(r"_[9A-F]$", re.I)
+_ERROR_FRAME = re.compile(r"^[2367ABEF][0-9A-F]{7}#.*$", re.I)
+"""SocketCAN's mark of an error frame, of whatever class; python-can knows one class and takes the others for data."""
 _CSV_HEADER = "timestamp,arbitration_id,extended,remote,error,dlc,data"
 _TRC_COMMA = re.compile(r"^(;\$STARTTIME=\d+|\s*\d+\)?\s+-?\d+),(\d+)")
+_TRC_KEYWORD = re.compile(r"\s*;\$([A-Z]+)=([^;\s]*)[;\s]*$", re.I)
+"""A line of the head; PEAK ends some with a semicolon, which is no part of the value."""
+_TRC_ID = re.compile(r"^(\s*\d+\)?\s+\S+\s+\d+\s+[A-Z]+\s+[0-9A-F]{4,8})(?=\s)", re.I)
+_TRC_STATE = re.compile(r"\s*\d+\)?\s+[\d.,]+\s.*\b(?:Warng|Error|ST|ER|EC|EV|FFFFFFFF)\b", re.I)
 _TRC_LENGTH = re.compile(r"(\s)(?:9|1[0-5])(\s+(?:[0-9A-F]{2}\s+){7}[0-9A-F]{2}\s*)$", re.I)
 _FOREIGN = (
     ("LOGG", "a .blf log under another ending: rename it"),
@@ -40,6 +51,7 @@ _FOREIGN = (
     ("base ", "an .asc log under another ending: rename it"),
     ("(", "a candump log under another ending: rename it to .log"),
     ("timestamp,arbitration_id", "a .csv log under another ending: rename it"),
+    ("Time Stamp,ID,", "a table of SavvyCAN: save it there as candump's log (.log) or Vector's (.asc)"),
     ("<", "a page or XML and not a log: was a download answered by a web page?"),
 )
 """How a file begins that is of another kind than its name says, and what it is."""
@@ -76,6 +88,11 @@ class Form:
         """The line as python-can reads it."""
         return text
 
+    def mend(self, message: can.Message) -> None:
+        """Put right what python-can cannot tell from the line."""
+        if self.stamp_s is not None:
+            message.timestamp = self.stamp_s
+
     def unread(self, text: str) -> str:
         """What a line is of which python-can made no frame; empty where the format has such lines."""
         return "" if not text.strip() else f"is not {_WANTED[self.suffix]}"
@@ -107,6 +124,8 @@ class Asc(Form):
         event = EVENT.match(text)
         if event is None:
             return text
+        if _REQUEST.match(text, event.end()):
+            return f"// {text}"
         sign, whole, part = event.groups()
         stamp_s = float(f"{sign}{whole}.{part}")
         self._at_s = self._at_s + stamp_s if self._differences else stamp_s
@@ -135,7 +154,8 @@ class Candump(Form):
         self.stamp_s = _stamp(time)
         if self.stamp_s is None:
             return text
-        return f"(0) {channel} {_RAW_LENGTH.sub('', frame)}{f' {direction}' if direction else ''}\n"
+        frame = _ERROR_FRAME.sub("20000080#", _RAW_LENGTH.sub("", frame))
+        return f"(0) {channel} {frame}{f' {direction}' if direction else ''}\n"
 
     def malformed(self, text: str) -> str:
         shown = _SHOWN.match(_COLOURS.sub("", text).strip())
@@ -150,6 +170,9 @@ class Csv(Form):
     suffix = ".csv"
     reader = can.CSVReader
 
+    def mend(self, message: can.Message) -> None:
+        message.is_fd = len(message.data) > 8  # the table does not say so
+
     def unread(self, text: str) -> str:
         return "" if text.strip() == _CSV_HEADER else super().unread(text)
 
@@ -159,18 +182,22 @@ class Trc(Form):
 
     suffix = ".trc"
     reader = can.TRCReader
+    _bare = False
+    """Of version 1.2: it is 1.3 without the column that is reserved there; python-can knows the latter alone."""
 
     def line(self, text: str) -> str:
+        if said := _TRC_KEYWORD.match(text):
+            key, value = said.groups()
+            self._bare = self._bare or (key, value) == ("FILEVERSION", "1.2")
+            text = f";${key}={'1.3' if self._bare and key == 'FILEVERSION' else value}\n"
+        elif self._bare:
+            text = _TRC_ID.sub(r"\1 -", text)
         return _TRC_LENGTH.sub(r"\g<1>8\2", _TRC_COMMA.sub(r"\1.\2", text))
 
     def unread(self, text: str) -> str:
         if text.lstrip().startswith(";"):
             return ""
-        return (
-            "is no CAN frame (states and errors of the bus)"
-            if re.match(r"\s*\d+\)?\s+[\d.]+\s", text)
-            else super().unread(text)
-        )
+        return "is no CAN frame (states and errors of the bus)" if _TRC_STATE.match(text) else super().unread(text)
 
 
 FORMS = (".asc", ".csv", ".log", ".trc")

@@ -1,6 +1,7 @@
 """The description of a bus (DBC, ARXML, KCD, SYM; several are merged), indexed by id and by signal name."""
 
 import logging
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +31,7 @@ class Dbc:
         self.strict = strict
         self._protocol = protocol
         self._groups: dict[int, Any] = {}
-        self._signals: dict[str, dict[Key, tuple[Any, Any]]] = {}
+        self._signals: dict[str, dict[tuple[Key, str], tuple[Any, Any]]] = {}
         self._of_message: dict[tuple[str, str], tuple[Any, Any]] = {}
         for path, database in zip(paths, databases, strict=True):
             self.broken |= _broken(path, database)
@@ -39,11 +40,16 @@ class Dbc:
                 self.files.setdefault(key_of(message), path.name)
 
     def _add(self, message: Any) -> None:
-        self.messages.setdefault(key_of(message), message)
+        first = self.messages.setdefault(key_of(message), message)
+        if first.name != message.name:
+            logger.warning(
+                "0x%X is %s and %s; the first is taken for it: describe one bus at a time",
+                message.frame_id, first.name, message.name,
+            )  # fmt: skip
         if self.is_j1939(message):
             self._groups.setdefault(pgn_of(message.frame_id), message)
         for signal in message.signals:
-            self._signals.setdefault(signal.name, {}).setdefault(key_of(message), (message, signal))
+            self._signals.setdefault(signal.name, {}).setdefault((key_of(message), message.name), (message, signal))
             self._of_message.setdefault((message.name, signal.name), (message, signal))
 
     def is_j1939(self, message: Any) -> bool:
@@ -62,7 +68,10 @@ class Dbc:
             raise ProfileError(f"signal {name!r} stands in several messages; choose one with message = ...: {where}")
         if not found or found[0] is None:
             where = f"message {message} of " if message else ""
-            raise ProfileError(f"no signal {name!r} in {where}the bus description")
+            files = ", ".join(sorted(set(self.files.values())))
+            near = [] if name in self._signals else get_close_matches(name, self._signals, n=3, cutoff=0.7)
+            hint = f"; did you mean {', '.join(map(repr, near))}?" if near else ""
+            raise ProfileError(f"no signal {name!r} in {where}the bus description {files}{hint}")
         return found[0]
 
     def has_signal(self, name: str) -> bool:

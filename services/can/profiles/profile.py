@@ -1,5 +1,6 @@
 """A vehicle profile: which signal of which bus feeds which curated field, and when it is believed."""
 
+import math
 import tomllib
 from collections.abc import Iterator, Sequence
 from importlib.util import find_spec
@@ -138,7 +139,9 @@ def load_profile(path: Path) -> Profile:
     """The profile at `path`. Raises ProfileError, naming file and field."""
     try:
         profile = msgspec.convert(tomllib.loads(path.read_text(encoding="utf-8-sig")), Profile, strict=False)
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, msgspec.ValidationError) as error:
+    except UnicodeDecodeError:
+        raise ProfileError(f"{path.name}: it is not written in UTF-8; save it so") from None
+    except (OSError, tomllib.TOMLDecodeError, msgspec.ValidationError) as error:
         raise ProfileError(f"{path.name}: {error}") from error
     if complaint := next(_complaints(profile), None):
         raise ProfileError(f"{path.parent.name}/{path.name}: {complaint}")
@@ -171,6 +174,8 @@ def _field_complaints(name: str, rule: FieldRule) -> Iterator[str]:
         yield f"vss is {meant.vss}, not {rule.vss!r}"
     if rule.unit != meant.unit:
         yield f"unit is {meant.unit!r}, not {rule.unit!r}"
+    if not (math.isfinite(rule.minimum) and math.isfinite(rule.maximum)):
+        yield "minimum and maximum must be numbers"
     if rule.minimum > rule.maximum:
         yield "minimum lies above maximum"
     if not rule.signals:

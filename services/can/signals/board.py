@@ -57,7 +57,15 @@ class Board:
         found: dict[Key, list[Field]] = {}
         for field in self.fields.values():
             if bus == profile.bus_of(field.rule) or len(profile.buses) == 1:
-                message, _ = dbc.signal(field.rule.signals[0], field.rule.message)
+                try:
+                    message, _ = dbc.signal(field.rule.signals[0], field.rule.message)
+                except ProfileError as error:
+                    raise ProfileError(f"field {field.name}: {error}") from None
+                known = dbc.messages[key_of(message)]
+                if known.name != message.name:
+                    raise ProfileError(
+                        f"field {field.name}: {message.name} has the id 0x{message.frame_id:X} of {known.name}; describe its bus alone"
+                    )
                 found.setdefault(key_of(message), []).append(field)
         return {key: _watch(dbc, key, fields, profile, bus) for key, fields in found.items()}
 

@@ -19,6 +19,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -26,6 +27,7 @@ from typing import Any
 import numpy as np
 
 from drivemcp import inference
+from drivemcp.files.encodings import encoding_of
 from drivemcp.inference import CPU
 from services.perception.detect.centre_point import CentreDetector
 from services.perception.detect.coco import (
@@ -62,8 +64,16 @@ def load_detector(path: Path, options: DetectorOptions | None = None) -> Detecto
         second = _second_look(path, card, options.providers)
         return CentreDetector(session, card, options, name=path.stem, second=second)
     side_px = _square_side(session)
-    if len(outputs) != 1 or side_px is None:
-        raise DetectorError(f"{path} is no detector that we know: its outputs are {outputs}")
+    if side_px is None:
+        told = "; ".join(f"{each.name} {each.type} {each.shape}" for each in session.get_inputs())
+        raise DetectorError(
+            f"{path} is no detector that we know: its input is {told}, not one picture tensor(float) [1, 3, side, side] with a side "
+            f"of {SIDES_PX[0]} to {SIDES_PX[1]} that 32 divides; export it so"
+        )
+    if len(outputs) != 1:
+        raise DetectorError(
+            f"{path} is no detector that we know: its outputs are {outputs}, not one; export it without its own suppression"
+        )
     layout = _layout(session, side_px, path, options.layout)
     return CocoDetector(session, options, name=path.stem, layout=layout, side_px=side_px)
 
@@ -167,11 +177,11 @@ def open_session(path: Path, threads: int, providers: tuple[str, ...] = CPU) -> 
         return inference.open_session(path, threads, providers, spinning=False)
     except inference.broken() as error:
         raise DetectorError(
-            f"{path} is no model that ONNX Runtime can load: {_why(path, type(error).__name__)}"
+            f"{path} is no model that ONNX Runtime can load: {_why(path, type(error).__name__, str(error))}"
         ) from None
 
 
-def _why(path: Path, kind: str) -> str:
+def _why(path: Path, kind: str, said: str) -> str:
     """What a file is that is no model, and what to do."""
     with path.open("rb") as file:
         head = file.read(64).lstrip()
@@ -181,7 +191,9 @@ def _why(path: Path, kind: str) -> str:
         return "it is a pointer of Git LFS and not the model: git lfs pull"
     if head.startswith(b"<"):
         return "it is a page and not a model: was a download answered by a web page?"
-    if kind in ("NotImplemented", "InvalidGraph"):
+    if "External data" in said or "external data" in said:
+        return "its weights lie in another file, which is not beside it; put that there, or export both into one file"
+    if kind in ("NotImplemented", "InvalidGraph") or re.search(r"opset|IR_VERSION|IR version", said):
         return "it has operators or a version that this ONNX Runtime does not know; export it with an older opset"
     return "it is damaged, cut short or of another format"
 
@@ -191,7 +203,8 @@ def _card(path: Path) -> dict[str, Any]:
     if not beside.is_file():
         return {}
     try:
-        card = json.loads(beside.read_text(encoding="utf-8-sig"))
+        content = beside.read_bytes()
+        card = json.loads(content.decode(encoding_of(content)))
     except ValueError as error:
         raise DetectorError(f"{beside} is no valid JSON: {error}") from None
     if not isinstance(card, dict):

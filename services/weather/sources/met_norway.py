@@ -32,38 +32,15 @@ _UNITS = {
 }
 
 
-class _Summary(msgspec.Struct, frozen=True, kw_only=True):
-    symbol_code: str = ""
-
-
-class _NextHour(msgspec.Struct, frozen=True, kw_only=True):
-    details: dict[str, Any] = {}
-    summary: _Summary = _Summary()
-
-
-class _InstantRow(msgspec.Struct, frozen=True, kw_only=True):
-    details: dict[str, Any] = {}
-    """By quantity; one that cannot be read is unknown, and the others count."""
-
-
-class _Data(msgspec.Struct, frozen=True, kw_only=True):
-    instant: _InstantRow
-    next_1_hours: _NextHour | None = None
-
-
-class _Row(msgspec.Struct, frozen=True, kw_only=True):
-    time: datetime
-    data: _Data
-
-
 class _Meta(msgspec.Struct, frozen=True, kw_only=True):
     updated_at: datetime
-    units: dict[str, str]
+    units: dict[str, Any] | None = None
 
 
 class _Properties(msgspec.Struct, frozen=True, kw_only=True):
     meta: _Meta
-    timeseries: list[_Row]
+    timeseries: list[Any]
+    """Hours; of one that cannot be read the others count, and so with its quantities."""
 
 
 class _Answer(msgspec.Struct, frozen=True, kw_only=True):
@@ -77,18 +54,22 @@ def _address(base: str, place: Place) -> str:
 def read(body: bytes, now_ns: int) -> Observation:
     """The forecast for the present hour, as old as the model run that it comes from."""
     try:
-        properties = msgspec.json.decode(body, type=_Answer).properties
+        properties = msgspec.convert(provider.json_of(body), _Answer).properties
     except MALFORMED as error:
         raise UnusableAnswer(str(error)) from None
-    refused = provider.refused_units(properties.meta.units, _UNITS)
-    data = _present(properties.timeseries, now_ns).data
+    refused = provider.refused_units(properties.meta.units or {}, _UNITS)
+    data = _present(properties.timeseries, now_ns)
+    instant, symbol = (
+        _below(data, "instant", "details"),
+        str(_below(data, "next_1_hours", "summary").get("symbol_code")),
+    )
 
     def here(name: str) -> float | None:
-        return None if name in refused else provider.number(data.instant.details.get(name))
+        return None if name in refused else provider.number(instant.get(name))
 
-    rain, snow = _falls(data.next_1_hours, told="precipitation_amount" not in refused)
+    rain, snow = _falls(_below(data, "next_1_hours", "details"), symbol, told="precipitation_amount" not in refused)
     fog = here("fog_area_fraction")
-    foggy = fog is not None and fog >= _FOG_SHARE
+    foggy = symbol.startswith("fog") or (fog is not None and fog >= _FOG_SHARE)
     return Observation(
         source="MET Norway",
         stamp_ns=_ns(properties.meta.updated_at),
@@ -105,20 +86,34 @@ def read(body: bytes, now_ns: int) -> Observation:
     )
 
 
-def _present(rows: list[_Row], now_ns: int) -> _Row:
-    current = [row for row in rows if 0 <= now_ns - _ns(row.time) < _STEP_NS]
+def _present(rows: list[Any], now_ns: int) -> dict[str, Any]:
+    current = [row for row in rows if _is_present(row, now_ns)]
     if not current:
         raise UnusableAnswer(f"none of its {len(rows)} hours is the present one")
-    return current[-1]
+    return _below(current[-1], "data")
 
 
-def _falls(hour: _NextHour | None, *, told: bool) -> tuple[Interval | None, Interval | None]:
+def _is_present(row: Any, now_ns: int) -> bool:
+    try:
+        time = msgspec.convert(row.get("time") if isinstance(row, dict) else None, datetime)
+    except MALFORMED:
+        return False
+    return 0 <= now_ns - _ns(time) < _STEP_NS
+
+
+def _below(value: Any, *names: str) -> dict[str, Any]:
+    """The object at this place, empty where there is none."""
+    for name in names:
+        value = value.get(name) if isinstance(value, dict) else None
+    return value if isinstance(value, dict) else {}
+
+
+def _falls(details: dict[str, Any], symbol: str, *, told: bool) -> tuple[Interval | None, Interval | None]:
     """(rain, snow as water) in mm/h; sleet counts as both, and what has no symbol as rain."""
-    if hour is None or not told:
+    if not told:
         return None, None
-    most, mean = (provider.number(hour.details.get(f"precipitation_amount{end}")) for end in ("_max", ""))
+    most, mean = (provider.number(details.get(f"precipitation_amount{end}")) for end in ("_max", ""))
     fall = provider.shower(most or mean)
-    symbol = hour.summary.symbol_code
     none = None if fall is None else Interval(0.0, 0.0)
     return (none if "snow" in symbol else fall, fall if "snow" in symbol or "sleet" in symbol else none)
 

@@ -6,6 +6,7 @@ import threading
 import warnings
 from collections.abc import Iterator, Mapping
 from datetime import UTC, datetime
+from functools import partial
 from typing import Any
 
 from metar.Metar import Metar, ParserError
@@ -47,9 +48,9 @@ _BROKEN = (ParserError, LookupError, ValueError, TypeError, AttributeError, Arit
 _QUIET = threading.Lock()
 
 
-def read(body: bytes, now_ns: int) -> Observation:
-    """The newest report in a plain text. Its day of the month is taken as the last one that has been."""
-    report, stamp_ns = _newest(body, now_ns)
+def read(body: bytes, now_ns: int, station: str = "") -> Observation:
+    """The newest report in a plain text, of that station alone. Its day of the month is taken as the last one that has been."""
+    report, stamp_ns = _newest(body, now_ns, station)
     if not _of_now(stamp_ns, now_ns):
         raise UnusableAnswer(f"its report is {abs(now_ns - stamp_ns) / NS / 3600:.1f} h from now")
     falls = _falls(report)
@@ -69,7 +70,7 @@ def read(body: bytes, now_ns: int) -> Observation:
     )
 
 
-def _newest(body: bytes, now_ns: int) -> tuple[Any, int]:
+def _newest(body: bytes, now_ns: int, station: str) -> tuple[Any, int]:
     """The newest report that says something: not NIL, not all slashes, and of two of one time the correction."""
     text = " ".join(body.decode("utf-8-sig", errors="replace").split())
     found: list[tuple[bool, bool, int, bool, Any]] = []
@@ -85,6 +86,9 @@ def _newest(body: bytes, now_ns: int) -> tuple[Any, int]:
         except _BROKEN:
             problem = f"a report in a form that is not known: {report[0].strip()[:60]!r}"
         else:
+            if station and parsed.station_id != station:
+                problem = f"its reports are of {parsed.station_id}, not of {station}"
+                continue
             found.append(
                 (_of_now(stamp_ns, now_ns), _says_something(parsed), stamp_ns, " COR " in f" {report[0]}", parsed)
             )
@@ -126,12 +130,15 @@ def _lenient(line: str, year: int, month: int) -> Any:
 
 
 def _falls(report: Any) -> dict[str, Interval | None]:
-    """The most that falls of each, as water (mm/h). A report that names none saw none, unless its sensor is missing (`//`)."""
+    """The most that falls of each, as water (mm/h). A report that names none saw none, unless its sensor is missing (`//`, in
+    the United States `PWINO`), or it breaks off before.
+    """
     found = {"rain": Interval(0.0, 0.0), "snow": Interval(0.0, 0.0)}
     for intensity, descriptor, precipitation, _, _ in report.weather:
         for kind, amount in _amounts(intensity or "", descriptor or "", precipitation or ""):
             found[kind] = max(found[kind], amount, key=lambda each: (each.high, each.low))
-    blind = any(set(each[2] or "") == {"/"} for each in report.weather)
+    broken_off = report.vis is None and report.temp is None and not report.sky
+    blind = broken_off or " PWINO" in report.code or any(set(each[2] or "") == {"/"} for each in report.weather)
     return {kind: None if blind and not amount.high else amount for kind, amount in found.items()}
 
 
@@ -167,4 +174,6 @@ def _value(quantity: Any, unit: str) -> float | None:
 
 def metar(station: str, base: str = ADDRESS) -> Provider:
     """The reports of an airfield (four letters, as EDDB)."""
-    return Provider(f"metar:{station}", lambda place: f"{base}?ids={station}&format=raw&hours=2", read)
+    return Provider(
+        f"metar:{station}", lambda place: f"{base}?ids={station}&format=raw&hours=2", partial(read, station=station)
+    )

@@ -1,5 +1,6 @@
 """Open-Meteo's forecast: the hour that runs now, in metres per second, degrees Celsius and UTC."""
 
+from datetime import UTC, datetime
 from typing import Any
 
 import msgspec
@@ -29,12 +30,8 @@ _UNITS = {
 class _Answer(msgspec.Struct, frozen=True, kw_only=True):
     hourly: dict[str, Any]
     """Lists by quantity; one that cannot be read is unknown, and the others count."""
-    hourly_units: dict[str, str] = {}
-
-
-class _Refusal(msgspec.Struct, frozen=True, kw_only=True):
-    error: bool = False
-    reason: str = ""
+    hourly_units: dict[str, Any] | None = None
+    utc_offset_seconds: float | None = None
 
 
 def _address(base: str, place: Place) -> str:
@@ -48,8 +45,10 @@ def _address(base: str, place: Place) -> str:
 def read(body: bytes, now_ns: int) -> Observation:
     """The present hour: amounts are told for the hour that ends at a time, so the entry that ends the hour is taken."""
     answer = _decoded(body)
-    refused = provider.refused_units(answer.hourly_units, _UNITS)
-    times_s = _times(answer.hourly)
+    if not _UNITS.keys() & answer.hourly.keys():
+        raise UnusableAnswer(f"hourly holds none of {', '.join(_UNITS)}")
+    refused = provider.refused_units(answer.hourly_units or {}, _UNITS)
+    times_s = _times(answer)
     place = _present(times_s, now_ns)
 
     def at(name: str) -> float | None:
@@ -76,20 +75,33 @@ def read(body: bytes, now_ns: int) -> Observation:
 
 
 def _decoded(body: bytes) -> _Answer:
+    found = provider.json_of(body)
+    if isinstance(found, dict) and found.get("error"):
+        raise UnusableAnswer(f"it refuses: {str(found.get('reason'))[:200]}")
     try:
-        refusal = msgspec.json.decode(body, type=_Refusal)
-        if refusal.error:
-            raise UnusableAnswer(f"it refuses: {refusal.reason[:200]}")
-        return msgspec.json.decode(body, type=_Answer)
+        return msgspec.convert(found, _Answer)
     except MALFORMED as error:
         raise UnusableAnswer(str(error)) from None
 
 
-def _times(hourly: dict[str, Any]) -> list[int]:
-    try:
-        return msgspec.convert(hourly.get("time"), list[int])
-    except MALFORMED as error:
-        raise UnusableAnswer(f"hourly.time: {error}") from None
+def _times(answer: _Answer) -> list[int]:
+    """Seconds since 1970; 0 for an entry that is no time."""
+    found = answer.hourly.get("time")
+    if not isinstance(found, list) or not any(
+        times := [_time(each, answer.utc_offset_seconds or 0.0) for each in found]
+    ):
+        raise UnusableAnswer("hourly.time holds no times (seconds since 1970, or ISO 8601)")
+    return times
+
+
+def _time(value: Any, offset_s: float) -> int:
+    if isinstance(value, str):
+        try:
+            at = datetime.fromisoformat(value)
+        except ValueError:
+            return 0
+        return round(at.timestamp() if at.tzinfo else at.replace(tzinfo=UTC).timestamp() - offset_s)
+    return round(provider.number(value) or 0)
 
 
 def _present(times_s: list[int], now_ns: int) -> int:

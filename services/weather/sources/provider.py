@@ -2,9 +2,13 @@
 
 import logging
 import math
+from codecs import BOM_UTF8
 from collections.abc import Callable, Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+import msgspec
+
+from drivemcp.errors import MALFORMED
 from services.weather.observations.observation import SURE, Interval, Observation
 
 logger = logging.getLogger(__name__)
@@ -72,7 +76,23 @@ def share(percent: float | None) -> Interval | None:
     return None if percent is None else Interval(max(0.0, percent / 100 - 0.1), min(1.0, percent / 100 + 0.1))
 
 
-def refused_units(told: Mapping[str, str], expected: Mapping[str, str]) -> frozenset[str]:
+def json_of(body: bytes) -> Any:
+    """The JSON value of an answer. Raises UnusableAnswer."""
+    text = body.removeprefix(BOM_UTF8).strip()
+    try:
+        return msgspec.json.decode(text)
+    except MALFORMED as error:
+        kind = (
+            "it is empty"
+            if not text
+            else "it is a page, not JSON"
+            if text.startswith(b"<")
+            else f"it is no JSON: {error}"
+        )
+        raise UnusableAnswer(kind) from None
+
+
+def refused_units(told: Mapping[str, Any], expected: Mapping[str, str]) -> frozenset[str]:
     """The quantities that come in another unit than the one they were asked for: unknown, and the others count.
 
     Raises UnusableAnswer where no unit is right.

@@ -1,5 +1,6 @@
 """Akoma Ntoso 3.0: `<section>` or `<article>` with `<subsection>` or `<paragraph>`."""
 
+import re
 from collections.abc import Callable, Iterator
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING
@@ -30,6 +31,8 @@ _ASIDE = frozenset({"meta", "preface", "preamble", "conclusions", "quotedStructu
 _SCHEDULES = frozenset({"schedule", "annex", "appendix", "attachment"})
 _GONE = frozenset({"removed", "repealed", "ignored", "prospective"})
 _DROPPED = frozenset({"noteRef", "authorialNote", "remark", "del", "num", "heading"})
+_LABEL = re.compile(r"^\s*(?:articles?|art\.|sections?|sec\.|s\.|rule|regulation|reg\.)\s*", re.I)
+"""What some write before a number."""
 _LANGUAGES = {
     "eng": "en",
     "deu": "de",
@@ -129,8 +132,8 @@ def _out_of_force(root: "Element") -> Callable[["Element"], str]:
     }
 
     def why(at: "Element") -> str:
-        if at.get("status", "") in _GONE:
-            return at.get("status", "")
+        if (status := at.get("status", "").lower()) in _GONE:
+            return status
         times = periods.get(at.get("period", ""), [])
         current = [
             start for start, end in times if not (end and over(end, today)) and not (start and not over(start, today))
@@ -142,7 +145,7 @@ def _out_of_force(root: "Element") -> Callable[["Element"], str]:
 
 def _section(at: "Element", title: str, address: str) -> Iterator[Section]:
     named = words(child(at, "num"))
-    own, heading = number(named.lower().removeprefix("article").removeprefix("art.")), words(child(at, "heading"))
+    own, heading = number(_LABEL.sub("", named)), words(child(at, "heading"))
     cited = f"§ {own}" if "§" in named else f"{_WHOLE[_kind(at)]} {own}"
     parts = [below for below in at if local(below) in _PARTS]
     lead, tail = "", ""
@@ -153,15 +156,13 @@ def _section(at: "Element", title: str, address: str) -> Iterator[Section]:
         numbered = number(words(child(part, "num"))) if part is not at else ""
         mark = f" Abs. {numbered}" if "§" in named else f"({numbered})"
         text = _text(part)
-        if text:
-            text = " ".join(filter(None, (lead, text, tail)))
-            yield Section(
-                cited=f"{title} {cited}" + (mark if numbered else ""),
-                key=f"{own}-{numbered}" if numbered else own,
-                text=text,
-                heading=heading,
-                url=address,
-            )
+        yield Section(
+            cited=f"{title} {cited}" + (mark if numbered else ""),
+            key=f"{own}-{numbered}" if numbered else own,
+            text=" ".join(filter(None, (lead, text, tail))) if text else "",
+            heading=heading,
+            url=address,
+        )
 
 
 def _text(part: "Element") -> str:

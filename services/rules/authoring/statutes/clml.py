@@ -25,7 +25,8 @@ if TYPE_CHECKING:
 
 ROOTS = frozenset({"Legislation"})
 _PLACE = re.compile(
-    r"(?:schedule(?:-(?P<schedule>[^-]+))?-)?(?P<kind>section|regulation|article|rule|paragraph)-(?P<number>[^-]+)"
+    r"(?:schedule(?:-(?!part|chapter|paragraph)(?P<schedule>[^-]+))?-)?(?:(?:part|chapter)-[^-]+-)*"
+    r"(?P<kind>section|regulation|article|rule|paragraph)-(?P<number>[^-]+)"
 )
 _CITED = {"section": "s.", "regulation": "reg.", "article": "art.", "rule": "r.", "paragraph": "para."}
 _ASIDE = frozenset({"BlockAmendment", "Contents", "Commentaries", "Versions", "Resources", "Metadata", "Footnotes"})
@@ -40,12 +41,13 @@ def read(root: "Element") -> Statute:
     language = words(first(root, "language"))[:2].lower() or "en"
     left = in_force(root, _out_of_force)
     sections = list[Section]()
-    heading = ""
+    headings: dict[int, str] = {}
     for at in walked(root, _ASIDE):
         if local(at) == "P1group":
             heading = words(child(at, "Title"), frozenset({"CommentaryRef"}))
+            headings |= {id(below): heading for below in at.iter() if local(below) == "P1"}
         elif local(at) == "P1":
-            sections += _provision(at, title, heading)
+            sections += _provision(at, title, headings.get(id(at), ""))
         elif local(at) == "Schedule" and not any(local(below) == "P1" for below in at.iter()):
             sections += _whole_schedule(at, title)
     statute = Statute(title=title, short=title, language=language, jurisdiction="GBR", sections=tuple(sections))
@@ -92,15 +94,13 @@ def _provision(p1: "Element", title: str, heading: str) -> Iterator[Section]:
     for at in subsections or [p1]:
         numbered = number(words(child(at, "Pnumber"))) if at is not p1 else ""
         text = " ".join(words(below, _DROPPED) for below in at if local(below) != "Pnumber").strip()
-        if text.strip(" ."):
-            text = " ".join(filter(None, (lead, text, tail)))
-            yield Section(
-                cited=f"{title} {schedule}{label} {own}" + (f"({numbered})" if numbered else ""),
-                key=f"{key}-{numbered}" if numbered else key,
-                text=text,
-                heading=heading,
-                url=_address(at.get("DocumentURI") or p1.get("DocumentURI") or ""),
-            )
+        yield Section(
+            cited=f"{title} {schedule}{label} {own}" + (f"({numbered})" if numbered else ""),
+            key=f"{key}-{numbered}" if numbered else key,
+            text=" ".join(filter(None, (lead, text, tail))) if text.strip(" .") else "",
+            heading=heading,
+            url=_address(at.get("DocumentURI") or p1.get("DocumentURI") or ""),
+        )
 
 
 def _placed(p1: "Element", own: str) -> tuple[str, str, str]:

@@ -11,6 +11,7 @@ from drivemcp.paths import data
 from services.rules.authoring.scaffold import TEMPLATE, names_of
 from services.rules.authoring.seal import seal
 from services.rules.authoring.statutes import akomantoso, clml, gii
+from services.rules.authoring.statutes.leftovers import kept
 from services.rules.authoring.statutes.statute import Section, Statute, local, parse
 from services.rules.errors import PackError
 from services.rules.packs.files import write_json
@@ -49,7 +50,7 @@ def read_statute(path: Path) -> Statute:
     root = parse(path)
     for reader in (gii, clml, akomantoso):
         if local(root) in reader.ROOTS:
-            found: Statute = reader.read(root)
+            found: Statute = kept(reader.read(root))
             if not found.sections:
                 told = "".join(f"; {each}" for each in found.left)
                 raise PackError(f"{path}: no section with text was found{told}")

@@ -1,9 +1,12 @@
 """What of a statute is not made into drafts: what is not in force, and text that stands in no section."""
 
+import re
 from collections import Counter
 from collections.abc import Callable
 from datetime import date
 from typing import TYPE_CHECKING
+
+import msgspec
 
 from services.rules.authoring.statutes.statute import Statute, local, walked, words
 
@@ -13,6 +16,16 @@ if TYPE_CHECKING:
 SHOWN = 3
 EXCERPT = 70
 _HOLD_TEXT = frozenset({"p", "P", "Text", "content", "Para", "td", "entry", "LA", "block", "li"})
+
+_NUMBER = re.compile(r"^(?:\([\w.]+\)|\d+[a-z]?[.)])\s*")
+_GONE = re.compile(
+    r"(?:\W*(?:§+|s\.|(?:sub-?)?section|article|art\.|regulation|reg\.|rule|(?:sub-?)?paragraph|para\.?|schedule)\s*[\w().-]*)?"
+    r"\W*(?:(?:is|was|has been|wurde|ist)\s+)?(?:repealed|revoked|deleted|omitted|spent|weggefallen|aufgehoben|gestrichen|abrog\w*|"
+    r"supprim\w*|vervallen|uchylon\w*|soppress\w*|derogad\w*)\b"
+    r"(?:\s+(?:by|with effect|from|on|durch|mit|par|da|por|przez|bij)\b.{0,160})?\W*",
+    re.I,
+)
+"""All that stands in a provision that is no longer one."""
 
 OutOfForce = Callable[["Element"], str]
 """Why an element is not in force; empty where it is."""
@@ -32,6 +45,20 @@ def in_force(root: "Element", why: OutOfForce) -> tuple[str, ...]:
     if not taken:
         return ()
     return (f"not in force, left out: {_counted(taken)}",)
+
+
+def kept(statute: Statute) -> Statute:
+    """Without the sections whose only words are that they are gone, and those without words, which are told."""
+    gone = [each for each in statute.sections if _GONE.fullmatch(each.text)]
+    empty = [each for each in statute.sections if not each.text.strip(" .-–…")]
+    told = [
+        f"{why}, left out: {', '.join(each.cited for each in found)}"
+        for why, found in (("not in force", gone), ("without a text (repealed?)", empty))
+        if found
+    ]
+    left_out = {id(each) for each in (*gone, *empty)}
+    sections = tuple(each for each in statute.sections if id(each) not in left_out)
+    return msgspec.structs.replace(statute, sections=sections, left=(*told, *statute.left))
 
 
 def _remove(at: "Element", gone: frozenset[int]) -> None:
@@ -55,7 +82,10 @@ def unread(root: "Element", statute: Statute, aside: frozenset[str], dropped: fr
     missing = [
         text
         for at in walked(root, aside | dropped)
-        if local(at) in _HOLD_TEXT and len(text := words(at, dropped)) > 1 and text.strip(" .-–") and text not in read
+        if local(at) in _HOLD_TEXT
+        and len(text := words(at, dropped)) > 1
+        and text.strip(" .-–")
+        and not any(form in read for form in (text, words(at, dropped - {"num"}), _NUMBER.sub("", text)))
     ]
     found = list(dict.fromkeys(missing))
     return (f"not read: {_counted([_excerpt(text) for text in found])}",) if found else ()

@@ -128,6 +128,7 @@ def walked(root: "Element", skipped: frozenset[str]) -> "Iterator[Element]":
 
 BLOCKS = frozenset(
     {"P", "DL", "DT", "DD", "LA", "BR", "row", "entry", "Text", "P3", "P4", "P5", "ListItem", "Para",
-     "p", "num", "heading", "intro", "content", "wrapUp", "list", "point", "paragraph", "subparagraph", "item", "li", "tr", "td"}
+     "p", "num", "heading", "intro", "content", "wrapUp", "list", "point", "paragraph", "subparagraph", "item", "li", "tr", "td", "th",
+     "br", "eol", "listIntroduction", "listConclusion"}
 )  # fmt: skip
 """Elements that stand apart from what is before and behind them."""

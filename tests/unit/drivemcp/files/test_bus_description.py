@@ -15,6 +15,9 @@ DBC = 'VERSION ""\nBU_: ECU\nBO_ 256 Motion: {length} ECU\n SG_ Speed : 0|{bits}
     [
         (DBC.format(length="08", bits=16), "a number or a name in it is malformed"),
         ("no description", "Invalid syntax at line 1, column 1"),
+        ("", "it is empty"),
+        ("<!DOCTYPE html><html>", "was a download answered by a web page"),
+        ("version https://git-lfs.github.com/spec/v1\n", "git lfs pull"),
     ],
 )
 def test_what_cannot_be_read_is_told(tmp_path: Path, text: str, words: str) -> None:
@@ -33,3 +36,22 @@ def test_a_message_that_a_strict_reading_refuses_is_named(tmp_path: Path) -> Non
     path = tmp_path / "car.dbc"
     path.write_text(DBC.format(length=1, bits=16))
     assert list(unsound(path, load_description(path))) == [(False, 256)]
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "cp1252"])
+def test_a_description_is_read_in_the_encoding_that_it_is_written_in(tmp_path: Path, encoding: str) -> None:
+    path = tmp_path / "car.dbc"
+    path.write_bytes(DBC.format(length=8, bits=16).replace("km/h", "°C").encode(encoding))
+    assert load_description(path).messages[0].signals[0].unit == "°C"
+
+
+@pytest.mark.parametrize("encoding", ["UTF-8", "ISO-8859-1", "UTF-16"])
+def test_the_encoding_that_xml_names_counts(tmp_path: Path, encoding: str) -> None:
+    path = tmp_path / "car.kcd"
+    signal = '<Signal name="Temp" offset="0" length="8"><Value unit="°C"/></Signal>'
+    message = f'<Bus name="a"><Message id="0x100" length="8" name="Motion">{signal}</Message></Bus>'
+    head = (
+        f'<?xml version="1.0" encoding="{encoding}"?><NetworkDefinition xmlns="http://kayak.2codeornot2code.org/1.0">'
+    )
+    path.write_bytes(f"{head}{message}</NetworkDefinition>".encode(encoding))
+    assert load_description(path).messages[0].signals[0].unit == "°C"

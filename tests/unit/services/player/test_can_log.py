@@ -13,6 +13,7 @@ from drivemcp.paths import data
 from drivemcp.testing import bus
 from proto import topics
 from proto.vehicle import Ego
+from services.can.profiles.units import SPELLINGS, linear
 from services.can.service import SERVICE as CAN
 from services.can.service import CanConfig
 from services.player.can_log import OUR_DBC, SpeedSignal, can_messages, log_beside, open_log, profile_of, speed_signal
@@ -193,6 +194,19 @@ def test_a_bus_description_that_cannot_be_used_is_told(
 def test_a_unit_that_is_told_counts(tmp_path: Path) -> None:
     (tmp_path / "car.dbc").write_text(DBC)
     assert speed_signal(tmp_path / "car.dbc", "Odd", "mph").factor == pytest.approx(0.44704)
+
+
+@pytest.mark.parametrize("unit", ["m/s", "km/h", "mph"])
+def test_every_spelling_that_the_can_service_knows_is_known_here(tmp_path: Path, unit: str) -> None:
+    for spelling in SPELLINGS[unit]:
+        (tmp_path / "car.dbc").write_text(DBC.replace('"kph"', f'"{spelling}"'))
+        assert speed_signal(tmp_path / "car.dbc", "RoadSpeed", "").factor == pytest.approx(linear(unit, "m/s").scale)
+
+
+def test_what_a_mac_writes_beside_a_log_is_none(tmp_path: Path) -> None:
+    for name in ("drive.log", "._drive.log"):
+        (tmp_path / name).write_bytes(b"")
+    assert log_beside(tmp_path) == tmp_path / "drive.log"
 
 
 BESIDE = 'BO_ 300 Comfort: 8 ECU\n SG_ Heat : 0|8@1+ (1,0) [0|1] "" ECU\n SG_ Fan : 4|8@1+ (1,0) [0|1] "" ECU\n'

@@ -129,8 +129,32 @@ def test_pictures_keep_their_times_and_no_second_has_more_than_the_highest_rate(
         ["a1b2.png", "a1b10.png", "a2b1.png"],
         ["9.25.png", "9.5.png", "10.125.png"],
         ["001.png", "002.png", "010.png"],
+        ["IMG_1.jpeg", "img_2.JPG", "IMG_10.jpg"],
+        ["frame.png", "frame1.png", "frame2.png"],
+        ["a1.png", "a².png"],
     ],
 )
 def test_a_folder_is_played_in_the_order_of_its_numbers(names: list[str]) -> None:
     for listed in (names, names[::-1], sorted(names)):
         assert [file.name for file in ordered(Path(name) for name in listed)] == names
+
+
+def test_what_a_mac_writes_beside_a_picture_is_none(folder: Path) -> None:
+    (folder / "._0.png").write_bytes(b"\x00\x05\x16\x07")
+    recording = open_recording(str(folder), Options())
+    assert sum(each.topic is topics.CAMERA for each in recording.messages) == recording.pictures
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (b"", "it is empty"),
+        (b"#ROSBAG V2.0\n", "a rosbag is not read; write a frame.json"),
+        (b"<!DOCTYPE html>", "it is a page"),
+        (b"\x00\x00\x00\x18ftypmp42", "its end is missing"),
+    ],
+)
+def test_a_file_that_is_no_video_says_what_it_looks_like(tmp_path: Path, content: bytes, words: str) -> None:
+    (tmp_path / "drive.mp4").write_bytes(content)
+    with pytest.raises(UserError, match=f"drive.mp4 does not open as a video: {words}"):
+        open_recording(str(tmp_path / "drive.mp4"), Options())

@@ -1,5 +1,6 @@
 """Position tracks beside a recording: speed and position at the recording's pace."""
 
+import re
 from pathlib import Path
 
 import cv2
@@ -13,7 +14,7 @@ from drivemcp.testing import bus
 from proto import topics
 from proto.sensors import GnssFix
 from proto.vehicle import Ego
-from services.player.position_track import Fix, metres, read_track, track_beside, track_messages
+from services.player.position_track import Fix, metres, not_read, read_track, track_beside, track_messages
 from services.player.service import SERVICE, PlayerConfig
 
 GPX = """<?xml version="1.0"?>
@@ -23,6 +24,9 @@ GPX = """<?xml version="1.0"?>
 <trkpt lat="48.1002" lon="11.5"><time>2026-05-01T10:00:02Z</time><extensions><speed>12.5</speed></extensions></trkpt>
 </trkseg></trk></gpx>
 """
+
+
+ROUTE = re.sub("</?trkseg>", "", GPX).replace("trkpt", "rtept").replace("trk>", "rte>")
 
 
 def sentence(body: str) -> str:
@@ -81,7 +85,8 @@ def test_a_track_that_is_none_is_refused_with_its_field(name: str, text: str, sa
 
 
 fixes = st.lists(
-    st.tuples(st.floats(0.0, 30.0), st.floats(-89.0, 89.0), st.floats(-180.0, 180.0), st.none() | st.floats(-1e3, 1e3)),
+    st.tuples(st.floats(0.0, 30.0), st.floats(-89.0, 89.0), st.floats(-180.0, 180.0), st.none() | st.floats(-1e3, 1e3))
+    .filter(lambda row: any(row[1:3])),
     min_size=2, max_size=12,
 )  # fmt: skip
 
@@ -140,3 +145,112 @@ def test_speed_and_position_are_played_beside_the_pictures(tmp_path: Path) -> No
         b.start(SERVICE, config)
         assert ego.wait().speed_mps == pytest.approx(11.1, abs=0.1)
         assert places.wait().latitude_deg == pytest.approx(48.1)
+
+
+@pytest.mark.parametrize(
+    ("head", "first", "second"),
+    [
+        ("time_ms,lat,lon", "0,48.1000,11.5", "1000,48.1001,11.5"),
+        ("Elapsed time (ms),lat,lon", "0,48.1000,11.5", "1000,48.1001,11.5"),
+        ("timestamp_us,lat,lon", "0,48.1000,11.5", "1000000,48.1001,11.5"),
+        ("time(millisecond),datetime(utc),latitude,longitude", "500,x,48.1000,11.5", "1500,x,48.1001,11.5"),
+        ("date,time,lat,lon", "2026-05-01,10:00:00,48.1000,11.5", "2026-05-01,10:00:01,48.1001,11.5"),
+        ("Zeit;Breite;Länge", "0,0;48,1000;11,5", "1,0;48,1001;11,5"),
+        ("# a remark\nsep=;\ntime;lat;lon", "0;48.1000;11.5", "1;48.1001;11.5"),
+        (
+            "time,lat,lon,speed_limit,speed_accuracy,GPS speed [km/h]",
+            "0,48.1000,11.5,50,1,40",
+            "1,48.1001,11.5,50,1,40",
+        ),
+    ],
+)
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "cp1252"])
+def test_a_table_is_read_by_the_units_and_the_writing_of_its_header(
+    head: str, first: str, second: str, encoding: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "drive.csv"
+    path.write_bytes(f"{head}\n{first}\n{second}\n".encode(encoding))
+    found = read_track(path)
+    assert [(fix.at_s, fix.latitude_deg, fix.longitude_deg) for fix in found] == [
+        (0.0, 48.1, 11.5),
+        (1.0, 48.1001, 11.5),
+    ]
+    assert found[0].speed_mps == pytest.approx(11.1, abs=0.1)
+    assert not_read(path) == ""
+
+
+@pytest.mark.parametrize(
+    "sides", [("N/S", "E/W"), ("NS", "EW"), ("lat_dir", "lon_dir"), ("latitude_ref", "longitude_ref")]
+)
+def test_a_hemisphere_in_a_column_of_its_own_counts(sides: tuple[str, str], tmp_path: Path) -> None:
+    path = tmp_path / "drive.csv"
+    path.write_text(f"time,{sides[0]},lat,{sides[1]},lon\n0,S,33.9,W,70.6\n1,S,33.9,W,70.6\n")
+    assert [fix[1:3] for fix in read_track(path)] == [(-33.9, -70.6)] * 2
+
+
+LEFT = {
+    "a.csv": (
+        "time,lat,lon\ns,deg,deg\n0,48.1,11.5\n1,48.1,N 11.5\n,,\n2,48.1,11.5\n3,4806.0,1130.0\n",
+        (
+            "1 not read, first line 2: time 's'",
+            "1 not read, first line 4: lat '48.1', lon 'N 11.5'",
+            "no place on earth",
+        ),
+    ),
+    "a.gpx": (GPX.replace("<time>2026-05-01T10:00:01Z</time>", ""), ("1 not read, first point 2: it has no time",)),
+    "a.nmea": (
+        NMEA,
+        ("2 not read, first line 3: the receiver had no fix", "1 not read, first line 4: no NMEA sentence"),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", LEFT)
+def test_what_is_not_read_of_a_track_is_counted_with_its_place(name: str, tmp_path: Path) -> None:
+    text, told = LEFT[name]
+    path = tmp_path / name
+    path.write_text(text)
+    assert len(read_track(path)) == 2
+    assert all(each in not_read(path) for each in told)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "said"),
+    [
+        ("a.nmea", sentence("GPGGA,100000.00,4806.000,N,01130.000,E,1,08,0.9,520.0,M,46.9,M,,"), "have the receiver write RMC"),
+        ("a.gpx", ROUTE, "first route point 1: it is of no track"),
+        ("a.gpx", GPX[:250], "cut or damaged"),
+        ("a.csv", "time,lat,lon,speed\n0,48.1,11.5,50\n", "name its unit"),
+    ],
+)  # fmt: skip
+def test_a_track_beside_a_recording_that_cannot_be_read_is_no_silence(
+    name: str, text: str, said: str, tmp_path: Path
+) -> None:
+    (tmp_path / name).write_text(text)
+    with pytest.raises(UserError, match=f"{said}.*or --track none"):
+        track_beside(tmp_path / "a.mp4")
+
+
+def test_of_several_tracks_beside_a_recording_one_has_to_be_named(tmp_path: Path) -> None:
+    for name in ("a.gpx", "b.gpx"):
+        (tmp_path / name).write_text(GPX)
+    with pytest.raises(UserError, match=r"several position tracks: a.gpx, b.gpx; name one with --track"):
+        track_beside(tmp_path)
+
+
+def test_places_of_a_receiver_without_a_fix_are_none_and_take_no_time(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text("time,lat,lon\n0,0,0\n1,0,0\n2,48.1,11.5\n3,48.1,11.5\n")
+    assert [(fix.at_s, fix.latitude_deg) for fix in read_track(path)] == [(2.0, 48.1), (3.0, 48.1)]
+    path = tmp_path / "a.nmea"
+    path.write_bytes(
+        b"\xb5\x62\xff\n" + (sentence("GNRMC,100000.00,A,4806.000,N,01130.000,E,,,060180,,") + NMEA).encode()
+    )
+    assert [fix.at_s for fix in read_track(path)] == [0.0, 2.0]
+
+
+def test_the_encoding_that_a_file_names_counts(tmp_path: Path) -> None:
+    path = tmp_path / "a.gpx"
+    named = GPX.replace('"1.0"?>', '"1.0" encoding="ISO-8859-1"?>').replace("<trk>", "<trk><name>Straße</name>")
+    path.write_bytes(named.encode("latin-1"))
+    assert len(read_track(path)) == 3

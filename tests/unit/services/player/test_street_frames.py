@@ -146,3 +146,13 @@ def test_a_frame_that_is_shown_on_and_on_is_no_frozen_camera(tmp_path: Path) -> 
     assert len(shown) == 10
     assert all((each == shown[0]).all() for each in shown), "it is one picture"
     assert len({picture.jpeg for picture in pictures if isinstance(picture, CameraFrame)}) == 10
+
+
+def test_rows_without_a_ring_are_told_from_those_with_one(tmp_path: Path) -> None:
+    folder = write(tmp_path, mount(0.0, 0.0, 0.0))
+    rows = np.fromfile(folder / "lidar.bin", "<f4").reshape(-1, 5)[:400, :4]  # 1,600 numbers are 320 rows of five
+    rows.tofile(folder / "lidar.bin")
+    with pytest.raises(
+        UserError, match=r"lidar.file: lidar.bin holds intensities below 0; are its rows x, y, z, intensity"
+    ):
+        read_frame(folder / "frame.json")

@@ -150,11 +150,28 @@ def test_a_reference_that_cannot_be_read_is_refused_by_its_field(score: Any, ref
     status, out, err = score([], reference=reference)
     assert (status, out) == (2, "")
     assert told in err
+    assert "r.json: " in err
     assert err.count("\n") == 1
+
+
+def test_layers_and_tags_may_be_null(score: Any) -> None:
+    reference = {
+        "s": {"key_frames": {"f": {"QA": {"perception": None, "planning": [_row("Is it?", "Yes.", tag=None)]}}}}
+    }
+    _, out, _ = score(_answers("Yes."), "--json", reference=reference)
+    assert _scores(out)["exact match"] == 1.0
+
+
+def test_answers_may_stand_in_a_line_each(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "p.jsonl").write_text("\n".join(json.dumps(each) for each in _answers(*ALL)) + "\n")
+    (tmp_path / "r.json").write_text(json.dumps(REFERENCE))
+    assert main([str(tmp_path / "p.jsonl"), str(tmp_path / "r.json"), "--json"]) == 0
+    assert _figures(capsys.readouterr().out)["oddities"]["unanswered"] == 0
 
 
 def test_a_file_that_is_absent_or_no_json_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "bad.json").write_text("{")
-    for name, told in (("bad.json", "not JSON"), ("absent.json", "No such file")):
+    (tmp_path / "empty.json").write_text("")
+    for name, told in (("bad.json", "not JSON"), ("empty.json", "it is empty"), ("absent.json", "No such file")):
         assert main([str(tmp_path / name), str(tmp_path / name)]) == 2
         assert told in capsys.readouterr().err

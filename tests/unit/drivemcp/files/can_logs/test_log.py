@@ -328,7 +328,7 @@ def test_candumps_dates_are_read_and_a_request_is_one(tmp_path: Path) -> None:
         (
             "a.csv",
             "Time Stamp,ID,Extended,Dir,Bus,LEN,D1\n1,0x1,false,Rx,0,1,00\n",
-            "is not a row of python-can's .csv log",
+            "it is a table of SavvyCAN: save it there as candump's log (.log)",
         ),
         ("a.log.gz", "(1.0) can0 100#00\n", "it is not packed by gzip"),
         ("a.log", "***BUSMASTER Ver 3.2.2***\n", "a log of BUSMASTER: export it as .asc"),
@@ -361,3 +361,55 @@ def test_of_several_buses_one_has_to_be_named(tmp_path: Path) -> None:
     with pytest.raises(UserError, match=wanted):
         check_channel(path, "", "--x")
     check_channel(path, "1", "--x")
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["({at}) can0 20000004#0001000000000000", " ({at})  can0  20000004   [8]  00 01 00 00 00 00 00 00   ERRORFRAME"],
+)
+def test_an_error_frame_of_candump_is_one_whatever_its_class(tmp_path: Path, line: str) -> None:
+    _, times, frames = read(tmp_path / "drive.log", "".join(line.format(at=f"{each}") + "\n" for each in EVEN))
+    assert len(times) == 40
+    assert all(frame.error and not frame.data for frame in frames)
+
+
+def test_a_long_row_of_a_table_is_a_can_fd_frame(tmp_path: Path) -> None:
+    rows = "1.0,0x100,0,0,0,12,AAECAwQFBgcICQoL\n1.1,0x100,0,0,0,2,EA4=\n"
+    log, _, frames = read(tmp_path / "drive.csv", "timestamp,arbitration_id,extended,remote,error,dlc,data\n" + rows)
+    assert [(frame.fd, frame.data) for frame in frames] == [(True, bytes(range(12))), (False, b"\x10\x0e")]
+    assert log.summary == ""
+
+
+TRC_HEADS = {
+    "1.1": ("     1)      1059.9  Rx         0300  2  10 0E  \n", ""),
+    "1.2": ("     1)      1059.900  1  Rx         0300  2  10 0E  \n", ""),
+    "1.3": ("     1)      1059.900  1  Rx         0300  -  2  10 0E  \n", ""),
+    "2.1": ("     1      1059.900 DT 1      0300 Rx -  2    10 0E  \n", ";$COLUMNS=N,O,T,B,I,d,R,L,D\n"),
+}
+
+
+@pytest.mark.parametrize("version", TRC_HEADS)
+def test_each_version_of_a_trc_log_is_read_and_its_head_may_end_in_semicolons(
+    tmp_path: Path, version: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    line, columns = TRC_HEADS[version]
+    head = f";$FILEVERSION={version} \n;$STARTTIME=39878.6772258947; \n{columns};   a note\n"
+    log, _, frames = read(tmp_path / "drive.trc", head + line + line.replace("1059", "1079"))
+    assert [(frame.arbitration_id, frame.data) for frame in frames] == [(0x300, b"\x10\x0e")] * 2
+    assert log.summary == ""
+    assert capfd.readouterr().err == ""
+
+
+def test_a_state_of_the_bus_is_told_from_a_frame_that_is_cut(tmp_path: Path) -> None:
+    rows = "     1)  1059.9  Warng  FFFFFFFF  4  00 00 00 04  BUSLIGHT\n     2)  1060.9  Rx  0300  8  10 0E\n"
+    log, times, _ = read(tmp_path / "drive.trc", ";$FILEVERSION=1.1\n;$STARTTIME=39878.6\n" + rows)
+    assert times == []
+    assert "1 lines not read, first line 3 is no CAN frame (states and errors of the bus)" in log.summary
+    assert "1 lines not read, first line 4 is not a line of a .trc log" in log.summary
+
+
+def test_a_request_to_send_is_not_counted_beside_its_frame(tmp_path: Path) -> None:
+    sent = "".join(f"   {each} 1  100             {kind}   {SPEED}\n" for each in EVEN for kind in ("TxRq", "Tx"))
+    log, times, _ = read(tmp_path / "drive.asc", HEADER + sent)
+    assert len(times) == 40
+    assert "40 lines not read, first line 4 is no CAN frame" in log.summary

@@ -2,10 +2,13 @@
 
 from pathlib import Path
 
+import msgspec
 import pytest
 
 from services.can.errors import MalformedFrame, ProfileError
 from services.can.profiles.dbc import Dbc
+from services.can.profiles.profile import BusRule, FieldRule, Profile, VehicleRow
+from services.can.signals.board import Board
 
 DBC = """VERSION "1"
 BS_:
@@ -120,3 +123,25 @@ def test_a_frame_that_is_not_described_or_too_short_is_told(tmp_path: Path) -> N
         dbc.decode(256, bytes(3))
     with pytest.raises(MalformedFrame, match="no message with id 0x100"):
         dbc.decode(256, bytes(8), extended=True)
+
+
+def test_two_messages_of_one_id_are_told_and_only_the_first_feeds_fields(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    other = KCD[KCD.index("<Bus") : KCD.index("</NetworkDefinition>")].replace("Motion", "Drive").replace('"B"', '"C"')
+    path = tmp_path / "car.kcd"
+    path.write_text(KCD.replace("</NetworkDefinition>", f"{other}</NetworkDefinition>"))
+    dbc = Dbc(path)
+    assert "0x100 is Motion and Drive; the first is taken for it" in caplog.text
+    with pytest.raises(ProfileError, match=r"stands in several messages; choose one with message = ...: Drive, Motion"):
+        dbc.signal("Speed")
+    rule = FieldRule(signal="Speed", vss="Vehicle.Speed", unit="m/s", minimum=0.0, maximum=80.0)
+    for name in ("Motion", "Drive"):
+        fields = {"speed_mps": msgspec.structs.replace(rule, message=name)}
+        vehicle = VehicleRow(tyre_nominal_bar=(2.4, 2.4, 2.4, 2.4))
+        profile = Profile(name="x", buses={"can0": BusRule(description="car.kcd")}, vehicle=vehicle, fields=fields)
+        if name == "Motion":
+            Board({"can0": dbc}, profile)
+        else:
+            with pytest.raises(ProfileError, match="field speed_mps: Drive has the id 0x100 of Motion"):
+                Board({"can0": dbc}, profile)

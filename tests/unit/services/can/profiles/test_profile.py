@@ -38,6 +38,7 @@ def _write(folder: Path, fields: str, head: str = HEAD) -> Path:
         (f'speed_mps = {{ bus = "body", {SPEED.replace("Vehicle.Speed", "")} }}', "vss is Vehicle.Speed, not ''"),
         (f'speed_mps = {{ bus = "body", {SPEED.replace("m/s", "km/h")} }}', "unit is 'm/s', not 'km/h'"),
         (f'speed_mps = {{ bus = "body", {SPEED.replace("80", "-1")} }}', "minimum lies above maximum"),
+        (f'speed_mps = {{ bus = "body", {SPEED.replace("80", "nan")} }}', "minimum and maximum must be numbers"),
         (f'speed_mps = {{ bus = "body", {SPEED}, sign = 2 }}', "fields"),
         (f'speed_mps = {{ bus = "body", {SPEED}, colour = 2 }}', "colour"),
         (f'speed_mps = {{ bus = "body", {SPEED}, values = {{ 0 = 1 }}, factor = 2 }}', "stand for themselves"),
@@ -54,6 +55,14 @@ def test_a_wrong_profile_is_told_in_one_line_that_names_file_and_field(
         load_profile(_write(tmp_path, fields))
     assert "profile.toml" in str(raised.value)
     assert "\n" not in str(raised.value)
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "cp1252"])
+def test_a_profile_that_is_not_written_in_utf_8_is_told(tmp_path: Path, encoding: str) -> None:
+    path = _write(tmp_path, "")
+    path.write_bytes(f"# Größe\n{HEAD}".encode(encoding))
+    with pytest.raises(ProfileError, match=r"profile.toml: it is not written in UTF-8; save it so"):
+        load_profile(path)
 
 
 def test_a_field_that_is_not_curated_is_refused_with_the_nearest_name() -> None:

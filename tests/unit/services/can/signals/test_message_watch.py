@@ -322,7 +322,10 @@ def test_a_message_that_contradicts_itself_feeds_a_field_only_where_told(
 @pytest.mark.parametrize(
     ("rule", "said"),
     [
-        ({**SPEED, "signal": "Sped"}, "no signal 'Sped' in the bus description"),
+        (
+            {**SPEED, "signal": "Sped"},
+            r"field speed_mps: no signal 'Sped' in the bus description car.dbc; did you mean 'Speed'\?",
+        ),
         ({**SPEED, "message": "Moton"}, "no signal 'Speed' in message Moton of the bus description"),
         ({**SPEED, "counter": "Cont"}, r"message Motion \(for speed_mps\): Cont is not in message Motion"),
         ({**SPEED, "checksum": {"signal": "Sum", "kind": "md5"}}, "Motion.Sum: no checksum kind 'md5'"),

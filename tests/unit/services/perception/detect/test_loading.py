@@ -190,3 +190,40 @@ def test_a_model_with_operators_that_are_not_known_is_refused(tmp_path: Path) ->
     onnx.save(onnx.helper.make_model(graph), tmp_path / "odd.onnx")
     with pytest.raises(DetectorError, match="no model that ONNX Runtime can load"):
         load_detector(tmp_path / "odd.onnx")
+
+
+@pytest.mark.parametrize(
+    ("shape", "kind"),
+    [([1, 3, 64, 96], "FLOAT"), ([1, 64, 64, 3], "FLOAT"), ([2, 3, 64, 64], "FLOAT"), ([1, 3, 64, 64], "FLOAT16")],
+)
+def test_a_model_of_another_input_is_told_its_input(tmp_path: Path, shape: list[int], kind: str) -> None:
+    path = toy(tmp_path / "toy.onnx", WITHOUT, boxes(PLACES, 60.0), 1.0, objectness=False)
+    made = onnx.load(path)
+    made.graph.input[0].CopyFrom(onnx.helper.make_tensor_value_info("images", getattr(onnx.TensorProto, kind), shape))
+    del made.graph.node[:]
+    made.graph.node.append(
+        onnx.helper.make_node(
+            "Constant", [], ["found"], value=onnx.numpy_helper.from_array(np.zeros(WITHOUT, np.float32))
+        )
+    )
+    onnx.save(made, path)
+    with pytest.raises(
+        DetectorError, match=rf"its input is images tensor\({kind.lower()}\) .*not one picture .*; export it so"
+    ):
+        load_detector(path)
+
+
+@pytest.mark.parametrize(
+    ("part", "words"), [("weights", "put that there"), ("opset", "older opset"), ("ir", "older opset")]
+)
+def test_a_sound_model_that_does_not_load_is_not_called_damaged(tmp_path: Path, part: str, words: str) -> None:
+    path = toy(tmp_path / "toy.onnx", WITHOUT, boxes(PLACES, 60.0), 1.0, objectness=False)
+    made = onnx.load(path)
+    if part == "opset":
+        made.opset_import[0].version = 99
+    if part == "ir":
+        made.ir_version = 99
+    onnx.save_model(made, path, save_as_external_data=part == "weights", location="toy.data", size_threshold=0)
+    (tmp_path / "toy.data").unlink(missing_ok=True)
+    with pytest.raises(DetectorError, match=words):
+        load_detector(path)

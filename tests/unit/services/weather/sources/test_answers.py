@@ -96,7 +96,9 @@ def _changed(body: bytes, *path: str, value: Any) -> bytes:
 @pytest.mark.parametrize(
     ("body", "says"),
     [
-        (b"<html>", "JSON is malformed"),
+        (b"<html>", "it is a page, not JSON"),
+        (b"", "it is empty"),
+        (b'{"properties": ', "it is no JSON"),
         (b'{"properties": {"meta": {"units": {"air_temperature": "\xff"}}}}', "utf-8"),
         (b"{}", "missing required field `properties`"),
         (_changed(met_norway_body(), "properties", "meta", "units", value={"air_temperature": "kelvin"}), "'kelvin', not in 'celsius'"),
@@ -195,6 +197,7 @@ BLIND = report("1150", "//// // ////// ///// Q////").replace("EDDB 211150Z", "ED
         ["METAR EDDB 211150Z NIL=", SNOW],
         [SNOW, "METAR EDDB 211150Z NIL="],
         [BLIND, SNOW],
+        [SNOW, report("1150", "")],
         [report("1050", "9999 NSC 08/06 Q1008"), SNOW],
         ["TAF EDDB 211130Z 2112/2218 24012KT CAVOK=", SNOW + "="],
         ["2026/11/21 11:20", SNOW.replace("+SN", "\n     +SN"), "not a report"],
@@ -232,7 +235,72 @@ def test_reports_that_say_nothing_was_observed_are_no_good_weather() -> None:
         ("9999 // BKN011 08/06 Q0988", "rain_mm_h", None),
         ("4000 0800N FG BKN011 08/06 Q0988", "visibility_m", Interval(400.0, 800.0)),
         ("//// RA BKN011 08/06 Q0988", "visibility_m", None),
+        ("10SM CLR 08/06 A2992 RMK AO1 PWINO", "rain_mm_h", None),
+        ("-SN", "snow_mm_h", Interval(0.1, 1.0)),
+        ("", "rain_mm_h", None),
     ],
 )
 def test_of_a_reports_groups_the_one_that_warns_most_counts(words: str, field: str, expected: Any) -> None:
     assert getattr(metar.read(report("1150", words).encode(), NOW_NS), field) == expected
+
+
+def test_of_several_airfields_the_one_that_is_asked_counts() -> None:
+    other = report("1150", "9999 NSC 08/06 Q1008").replace("EDDB", "EDDF")
+    read = metar.metar("EDDB").read
+    assert read(f"{other}\n{SNOW}".encode(), NOW_NS).source == "METAR EDDB"
+    with pytest.raises(UnusableAnswer, match="its reports are of EDDF, not of EDDB"):
+        read(other.encode(), NOW_NS)
+
+
+HOURS = "properties", "timeseries"
+
+
+@pytest.mark.parametrize(
+    ("path", "value"),
+    [
+        (("properties", "meta", "units"), None),
+        (("properties", "meta", "units", "wind_speed_of_gust"), None),
+        ((*HOURS, 1), {"time": None, "data": None}),
+        ((*HOURS, 2), "x"),
+        ((*HOURS, 0, "data", "next_1_hours", "summary"), None),
+        ((*HOURS, 0, "data", "next_1_hours", "summary", "symbol_code"), None),
+    ],
+)
+def test_one_part_that_cannot_be_read_takes_no_other_from_met_norway_s_answer(
+    path: tuple[Any, ...], value: Any
+) -> None:
+    body = met_norway_body(symbol="rain", rain_mm=2.0)
+    told = met_norway.read(b"\xef\xbb\xbf" + _changed(body, *path, value=value), NOW_NS)
+    assert told.rain_mm_h == Interval(0.0, 6.0)
+    assert told.air_c == Interval(-0.5, 3.5)
+
+
+def test_fog_that_only_the_symbol_names_is_fog() -> None:
+    body = _changed(
+        met_norway_body(symbol="fog"), *HOURS, 0, "data", "instant", "details", "fog_area_fraction", value=None
+    )
+    assert met_norway.read(body, NOW_NS).visibility_m == Interval(50.0, 1000.0)
+
+
+@pytest.mark.parametrize("units", [None, {}, {"visibility": None, "rain": "mm"}])
+@pytest.mark.parametrize(
+    "form", [float, lambda s: datetime.fromtimestamp(s + 3600, UTC).strftime("%Y-%m-%dT%H:%M"), None]
+)
+def test_units_and_times_of_open_meteo_may_be_missing_or_of_another_form(units: Any, form: Any) -> None:
+    body = open_meteo_body(rain=[0.0, 5.0, 0.0])
+    times = [
+        None if form is None and at == 0 else (form or int)(each)
+        for at, each in enumerate(json.loads(body)["hourly"]["time"])
+    ]
+    offset = 3600 if any(isinstance(each, str) for each in times) else 0
+    changed = _changed(_changed(body, "hourly_units", value=units), "hourly", "time", value=times)
+    told = open_meteo.read(_changed(changed, "utc_offset_seconds", value=offset), NOW_NS)
+    assert told.rain_mm_h is not None
+    assert told.rain_mm_h.high >= 15.0
+
+
+def test_an_answer_without_the_quantities_that_were_asked_for_is_unusable() -> None:
+    answer = json.loads(open_meteo_body())
+    answer["hourly"] = {name if name == "time" else f"{name}_icon": each for name, each in answer["hourly"].items()}
+    with pytest.raises(UnusableAnswer, match="hourly holds none of temperature_2m"):
+        open_meteo.read(json.dumps(answer).encode(), NOW_NS)

@@ -161,7 +161,7 @@ def test_nonsense_takes_no_earlier_answer_away(station: Station) -> None:
     station.expires_s = None
     internet._session.cache.clear()
     internet.ask(asked)
-    assert "JSON is malformed" in asked.status
+    assert "it is a page, not JSON" in asked.status
     assert len(internet.observations(NOW_NS)) == 1
 
 

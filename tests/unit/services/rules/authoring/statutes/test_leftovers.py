@@ -163,3 +163,78 @@ def test_text_that_stands_in_no_section_is_told(tmp_path: Path, capsys: pytest.C
     assert statute.left == ("not read: 1 part: 'Buses have rules of their own.'",)
     assert run(["rulepack", "import", str(tmp_path / "act.xml"), "--out", str(tmp_path / "NEW-v1")]) == 0
     assert "not read: 1 part: 'Buses have rules of their own.'" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "(weggefallen)",
+        "[Repealed]",
+        "[section 2 repealed by section 5 of Act 10 of 2001]",
+        "Section 2 was revoked with effect from 1 May 2001.",
+        "Abrogé par le décret 2001-251",
+    ],
+)
+def test_a_section_that_only_says_that_it_is_gone_is_told_and_no_draft(tmp_path: Path, words: str) -> None:
+    body = section("1", said("Repealed signs may stand for a month.")) + section("2", said(words))
+    statute = read(tmp_path, AKN.format(meta="", body=body, after=""))
+    assert list(texts(statute)) == ["s. 1"]
+    assert statute.left == ("not in force, left out: Road Act s. 2",)
+
+
+NORM = "<norm><metadaten><enbez>§ {n}</enbez></metadaten><textdaten>{notes}<text><Content>{text}</Content></text></textdaten></norm>"
+
+
+def test_a_section_without_words_is_told(tmp_path: Path) -> None:
+    remark = "<content><p><remark>[section 2 repealed]</remark></p></content>"
+    akn = AKN.format(meta="", body=section("1", said("Keep left.")) + section("2", remark), after="")
+    british = CLML.format(body=p1("1", "<Text>Keep left.</Text>") + p1("2", "<Text>. . . . .</Text>"), after="")
+    for text in (akn, british):
+        assert read(tmp_path, text).left == ("without a text (repealed?), left out: Road Act s. 2",)
+    german = NORM.format(n=1, text="<P>Links.</P>", notes="") + NORM.format(n=2, text="<P>-</P>", notes="")
+    assert read(tmp_path, GII.format(body=german)).left == ("without a text (repealed?), left out: StO § 2",)
+
+
+def test_what_is_read_is_never_told_as_left_out(tmp_path: Path) -> None:
+    note = "<fussnoten><Content><P>A note.</P></Content></fussnoten>"
+    text = "<P>(1) Rechts fahren.</P><P>(1a)Langsam<DL><DT>1.</DT><DD><LA>im Ort.</LA></DD></DL></P>"
+    statute = read(tmp_path, GII.format(body=NORM.format(n=1, text=text, notes=note)))
+    assert {each.cited: each.text for each in statute.sections} == {
+        "StO § 1 Abs. 1": "Rechts fahren.",
+        "StO § 1 Abs. 1a": "Langsam 1. im Ort.",
+    }
+    assert statute.left == ()
+    listed = (
+        "<blockList><listIntroduction>No one shall</listIntroduction><item><num>(a)</num><p>run</p></item></blockList>"
+    )
+    akn = read(tmp_path, AKN.format(meta="", body=section("1", f"<content>{listed}</content>"), after=""))
+    assert texts(akn) == {"s. 1": "No one shall (a) run"}
+    assert akn.left == ()
+
+
+def test_a_number_keeps_its_letters_and_loses_its_label(tmp_path: Path) -> None:
+    body = "".join(
+        f"<{kind}><num>{num}</num>{said('Keep left.')}</{kind}>"
+        for kind, num in (("article", "Article R413-2"), ("section", "Section 12A"), ("article", "Art. 5 bis"))
+    )
+    statute = read(tmp_path, AKN.format(meta="", body=body, after=""))
+    assert list(texts(statute)) == ["art. R413-2", "s. 12A", "art. 5 bis"]
+
+
+def test_cells_and_lines_stand_apart(tmp_path: Path) -> None:
+    table = "<table><tr><th>Class</th><th>km/h</th></tr><tr><td>Bus</td><td>60</td></tr></table>"
+    akn = AKN.format(meta="", body=section("1", f"<content>{table}<p>one<eol/>two</p></content>"), after="")
+    assert texts(read(tmp_path, akn)) == {"s. 1": "Class km/h Bus 60 one two"}
+    british = CLML.format(body=p1("1", f"<Tabular>{table}</Tabular>"), after="")
+    assert texts(read(tmp_path, british)) == {"s. 1": "Class km/h Bus 60"}
+
+
+def test_a_paragraph_in_a_part_of_a_schedule_is_cited_by_its_schedule_and_has_no_other_ones_heading(
+    tmp_path: Path,
+) -> None:
+    paragraph = p1("1", "<Text>Buses: 50.</Text>").replace("section-1", "schedule-2-part-1-paragraph-1")
+    after = f"<Schedules><Schedule><ScheduleBody><Part>{paragraph}</Part></ScheduleBody></Schedule></Schedules>"
+    group = f"<P1group><Title>Cars</Title>{p1('1', '<Text>Keep left.</Text>')}</P1group>"
+    statute = read(tmp_path, CLML.format(body=group, after=after))
+    assert texts(statute) == {"s. 1": "Keep left.", "Sch. 2 para. 1": "Buses: 50."}
+    assert [each.heading for each in statute.sections] == ["Cars", ""]
