@@ -52,7 +52,15 @@ def read(root: "Element") -> Statute:
             sections += _whole_schedule(at, title)
     statute = Statute(title=title, short=title, language=language, jurisdiction="GBR", sections=tuple(sections))
     beside = _DROPPED | {"IntroductoryText", "SignedSection", "ExplanatoryNotes", "EarlierOrders"}
-    return msgspec.structs.replace(statute, left=left + unread(root, statute, _ASIDE, beside))
+    return msgspec.structs.replace(statute, left=left + _of_a_part(root) + unread(root, statute, _ASIDE, beside))
+
+
+def _of_a_part(root: "Element") -> tuple[str, ...]:
+    """What does not extend to England: it is drafted, and its author has to say where it counts."""
+    placed = (at for at in walked(root, _ASIDE) if local(at) in ("P1", "P1group", "Schedule"))
+    extents = ((at.get("id") or words(child(at, "Title")), at.get("RestrictExtent", "")) for at in placed)
+    found = [f"{name} ({extent})" for name, extent in extents if extent and "E" not in extent.split("+")]
+    return (f"does not extend to England, drafted all the same: {', '.join(found)}",) if found else ()
 
 
 def _out_of_force(at: "Element") -> str:

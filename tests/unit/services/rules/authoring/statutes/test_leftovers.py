@@ -238,3 +238,13 @@ def test_a_paragraph_in_a_part_of_a_schedule_is_cited_by_its_schedule_and_has_no
     statute = read(tmp_path, CLML.format(body=group, after=after))
     assert texts(statute) == {"s. 1": "Keep left.", "Sch. 2 para. 1": "Buses: 50."}
     assert [each.heading for each in statute.sections] == ["Cars", ""]
+
+
+@pytest.mark.parametrize(
+    ("extent", "told"), [("S", True), ("N.I.", True), ("S+N.I.", True), ("E+W+S", False), ("", False)]
+)
+def test_what_extends_to_a_part_without_england_is_drafted_and_told(tmp_path: Path, extent: str, told: bool) -> None:
+    law = p1("3", "<Text>At most 30.</Text>", f'RestrictExtent="{extent}"' if extent else "")
+    statute = read(tmp_path, CLML.format(body=law, after=""))
+    assert texts(statute) == {"s. 3": "At most 30."}
+    assert any(f"section-3 ({extent})" in each for each in statute.left) is told
