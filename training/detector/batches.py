@@ -37,7 +37,7 @@ CROPS = (
 )
 """One is drawn for each batch. The second is the whole picture as it is seen beside a closer look; the last two are what the closer
 look shows, in which people are found or missed: a part of a picture that is as large already (`WINDOW`) is not drawn for them."""
-SOUGHT = {"vehicle": 0.15, "pedestrian": 0.3, "sign": 0.2, "panel": 0.05, "light": 0.3}
+SOUGHT = {"vehicle": 0.2, "pedestrian": 0.25, "sign": 0.25, "panel": 0.05, "light": 0.25}
 """Shares of the classes among the crops that are drawn for one object's sake; the others come as the pictures do."""
 SOUGHT_SHARE = 0.6
 FITS, LEAST_SCALE = 0.8, 0.3

@@ -12,11 +12,12 @@ import argparse
 import hashlib
 import json
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import onnx
+from numpy.typing import NDArray
 from onnx import numpy_helper
 
 from drivemcp.errors import UserError
@@ -29,25 +30,32 @@ OF_A_RUN = ("train_frames", "steps", "minutes", "seed", "recipe", "command")
 
 
 def mean(before: onnx.ModelProto, after: onnx.ModelProto, share: float = 0.5) -> onnx.ModelProto:
-    """A network of the two's graph with the mean of their weights, `share` of it the later one's. Raises UserError where their
-    weights do not match."""
+    """A network of the later one's graph with the mean of both one's convolutions, `share` of it the later one's. Raises UserError
+    where their weights do not match."""
     out = onnx.ModelProto()
-    out.CopyFrom(before)
-    pairs = list(zip(_tensors(out), _tensors(after), strict=False))
-    if len(pairs) != sum(1 for _ in _tensors(after)) or any(one.dims != other.dims for one, other in pairs):
+    out.CopyFrom(after)
+    pairs = list(zip(_weights(before), _weights(after), strict=False))
+    if len(pairs) != len(_weights(after)) or any(one.shape != other.shape for one, other in pairs):
         raise UserError("the two networks are of different shapes; AFTER must have begun as BEFORE (--start)")
-    for one, other in pairs:
-        values = numpy_helper.to_array(one)
-        if values.dtype.kind == "f" and values.size > 1:
-            mixed = ((1 - share) * values + share * numpy_helper.to_array(other)).astype(values.dtype)
-            one.CopyFrom(numpy_helper.from_array(mixed, one.name))
+    places = ((node, place) for node in out.graph.node if node.op_type == "Conv" for place in (1, 2))
+    for (one, other), (node, place) in zip(pairs, places, strict=True):
+        mixed = ((1 - share) * one + share * other).astype(other.dtype)
+        node.input[place] = f"mean/{node.name}/{place}"
+        out.graph.initializer.append(numpy_helper.from_array(mixed, node.input[place]))
+    asked = {name for node in out.graph.node for name in node.input}
+    for unused in [each for each in out.graph.initializer if each.name not in asked]:
+        out.graph.initializer.remove(unused)
     return out
 
 
-def _tensors(model: onnx.ModelProto) -> Iterator[onnx.TensorProto]:
-    yield from model.graph.initializer
+def _weights(model: onnx.ModelProto) -> list[NDArray[np.floating]]:
+    """Weight and bias of each convolution in turn. What is the same twice is stored once, under the name of the first."""
+    known = {each.name: each for each in model.graph.initializer}
     for node in model.graph.node:
-        yield from (attribute.t for attribute in node.attribute if attribute.HasField("t"))
+        if node.op_type == "Identity" and node.input[0] in known:
+            known[node.output[0]] = known[node.input[0]]
+    convolutions = (node for node in model.graph.node if node.op_type == "Conv")
+    return [numpy_helper.to_array(known[name]) for node in convolutions for name in node.input[1:3]]
 
 
 def card_of(before: Path, after: Path, exported: Path, share: float = 0.5) -> dict[str, Any]:

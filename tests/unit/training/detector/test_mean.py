@@ -16,30 +16,50 @@ def tensor(name: str, *values: float) -> onnx.TensorProto:
     return numpy_helper.from_array(np.array(values, np.float32), name)
 
 
-def network(*weights: float) -> onnx.ModelProto:
-    """y = x * weights + 3, the 3 as a node's attribute, as an exporter may write it."""
-    three = helper.make_node("Constant", [], ["three"], value=tensor("three", 3.0, 3.0))
-    nodes = [three, helper.make_node("Mul", ["x", "w"], ["m"]), helper.make_node("Add", ["m", "three"], ["y"])]
-    ends = [helper.make_tensor_value_info(name, TensorProto.FLOAT, [2]) for name in ("x", "y")]
-    graph = helper.make_graph(nodes, "g", ends[:1], ends[1:], [tensor("w", *weights)])
+def network(*weights: float, bias: tuple[float, ...] | None = None) -> onnx.ModelProto:
+    """A convolution of one pixel."""
+    kernel = numpy_helper.from_array(np.array(weights, np.float32).reshape(-1, 1, 1, 1), "w")
+    flat = tensor("b", *(bias or (0.0,) * len(weights)))
+    nodes = [helper.make_node("Conv", ["x", "w", "b"], ["y"], name="conv")]
+    ends = [
+        helper.make_tensor_value_info(name, TensorProto.FLOAT, [1, size, 4, 4])
+        for name, size in (("x", 1), ("y", len(weights)))
+    ]
+    graph = helper.make_graph(nodes, "g", ends[:1], ends[1:], [kernel, flat])
     return helper.make_model(graph, opset_imports=[helper.make_opsetid("", 17)])
 
 
+def shared(model: onnx.ModelProto) -> onnx.ModelProto:
+    """The same network whose bias is another tensor's copy."""
+    graph = model.graph
+    graph.initializer.append(tensor("first", *numpy_helper.to_array(graph.initializer[1])))
+    del graph.initializer[1]
+    graph.node.insert(0, helper.make_node("Identity", ["first"], ["b"]))
+    return model
+
+
+def weights_of(model: onnx.ModelProto) -> list[list[float]]:
+    return [numpy_helper.to_array(each).ravel().tolist() for each in model.graph.initializer]
+
+
 def test_each_weight_is_the_mean_of_both() -> None:
-    both = mean(network(1.0, 4.0), network(3.0, -4.0))
-    np.testing.assert_allclose(numpy_helper.to_array(both.graph.initializer[0]), [2.0, 0.0])
-    np.testing.assert_allclose(numpy_helper.to_array(both.graph.node[0].attribute[0].t), [3.0, 3.0])
+    both = mean(network(1.0, 4.0, bias=(1.0, 2.0)), network(3.0, -4.0, bias=(3.0, 3.0)))
+    assert weights_of(both) == [[2.0, 0.0], [2.0, 2.5]]
     onnx.checker.check_model(both)
 
 
 def test_a_share_draws_the_mean_to_the_later_one() -> None:
-    both = mean(network(1.0, 4.0), network(3.0, -4.0), 0.75)
-    np.testing.assert_allclose(numpy_helper.to_array(both.graph.initializer[0]), [2.5, -2.0])
+    assert weights_of(mean(network(1.0, 4.0), network(3.0, -4.0), 0.75))[0] == [2.5, -2.0]
+
+
+def test_a_tensor_that_is_stored_once_for_two_counts_for_each() -> None:
+    both = mean(shared(network(1.0, 4.0, bias=(1.0, 2.0))), network(3.0, -4.0, bias=(3.0, 3.0)))
+    assert weights_of(both) == [[2.0, 0.0], [2.0, 2.5]]
 
 
 def test_of_a_network_with_itself_it_is_the_network() -> None:
-    one = network(0.1, 0.7)
-    assert mean(one, one) == one
+    one = network(0.5, 0.75, bias=(1.0, 2.0))
+    assert weights_of(mean(one, one)) == weights_of(one)
 
 
 def test_networks_of_different_shapes_have_none() -> None:
