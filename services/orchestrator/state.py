@@ -317,8 +317,6 @@ class State(msgspec.Struct, frozen=True, kw_only=True):
     stop_m: float | None = None
     """Distance to the stop line of the map, moved along when that is silent."""
     stop_kind: str = ""
-    passed_line_m: float | None = None
-    """How far the ego has driven since it passed a line of the map; None: far, or it passed none."""
     give_way: GiveWay = GiveWay()
     halted_ns: int | None = None
     """When the ego last stood at the line of the stop sign ahead."""

@@ -35,7 +35,7 @@ from services.orchestrator.world.conditions import settle
 from services.orchestrator.world.giving_way import by_map
 from services.orchestrator.world.lights import light_ahead
 from services.orchestrator.world.road_kind import assumed, evidence, fast_since
-from services.orchestrator.world.stop_lines import halted, halted_at_line, on_map, passed_line, stop_line
+from services.orchestrator.world.stop_lines import halted, halted_at_line, on_map, stop_line
 
 T = TypeVar("T")
 GONE_EXPERT_NS = 60 * SECOND
@@ -57,7 +57,6 @@ def observe(state: State, seen: Observations) -> State:
         light=light_ahead(state.light, facts, motion, now_ns),
         stop_m=line[0],
         stop_kind=line[1],
-        passed_line_m=passed_line(state, line[0], motion),
         give_way=by_map(state.give_way, mapped, motion),
         halted_ns=halted(state, signs, line, motion, now_ns),
         line_halted_ns=halted_at_line(state, line, motion, now_ns),

@@ -19,12 +19,6 @@ SAME_LINE_M = 10.0
 """Stop signs so close to each other mean one line: one on either side, or one that two cameras place differently."""
 SIGN_TO_LINE_M = 20.0
 """How far a sign may stand from its line, with the error of its range."""
-LIGHT_ERROR = 1.5
-"""How many times as far as it seems a light may stand."""
-JUNCTION_M = 60.0
-"""From a light's line to the far side of its junction, where that light may stand."""
-STOP_LINES = ("light", "stop_line", "crossing")
-"""Lines of a map at which a red light is waited for."""
 RULING = ("stop_line", "light", "yield_line")
 """Lines that settle the right of way."""
 KINDS = (*RULING, "crossing")
@@ -57,26 +51,6 @@ def stop_line(state: State, mapped: RoadAhead | None, motion: Motion) -> tuple[f
         return next(((line.distance_m, line.kind) for line in mapped.stop_lines), (None, ""))
     at_m = reckoned(state.stop_m, motion)
     return at_m, state.stop_kind if at_m is not None else ""
-
-
-def passed_line(state: State, line_m: float | None, motion: Motion) -> float | None:
-    """How far the ego has driven since it passed a line, as long as it may be in the junction behind that line."""
-    reckoned_m = None if state.stop_m is None else state.stop_m - motion.travelled_m
-    next_one = line_m is None or (reckoned_m is not None and line_m > reckoned_m + SAME_LINE_M)
-    if reckoned_m is not None and reckoned_m <= EGO_HALF_M and next_one:
-        return 0.0
-    driven_m = None if state.passed_line_m is None else state.passed_line_m + motion.travelled_m
-    return driven_m if driven_m is not None and driven_m <= JUNCTION_M else None
-
-
-def of_light(state: State, light_m: float | None) -> float | None:
-    """Where to stand for a red light: at the next line of the map, or before the light where that line is surely another one's."""
-    line_m = state.stop_m if state.stop_kind in STOP_LINES else None
-    if line_m is None or (
-        state.passed_line_m is None and light_m is not None and line_m > LIGHT_ERROR * light_m + SIGN_TO_LINE_M
-    ):
-        return light_m
-    return line_m
 
 
 def stop_signs(signs: Signs) -> tuple[SignAhead, ...]:

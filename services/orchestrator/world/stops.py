@@ -6,7 +6,7 @@ from domain import kinematics
 from proto.perception import Track
 from services.orchestrator.state import State
 from services.orchestrator.world.actors import EGO_HALF_M, people
-from services.orchestrator.world.stop_lines import beyond, line_of, of_light, stop_signs, unexplained_line
+from services.orchestrator.world.stop_lines import beyond, line_of, stop_signs, unexplained_line
 
 REACTION_S = 1.9
 """Until 85 % of drivers act on a word (Lerner 1993)."""
@@ -19,6 +19,8 @@ COMFORT_MPS2 = 2.0
 UNKNOWN_STOP_M = 60.0
 LINE_CONFIDENCE = 0.7
 """Of a stop line that a map knows and nothing was seen of."""
+STOP_LINES = ("light", "stop_line", "crossing")
+"""Lines of a map at which a red light is waited for."""
 
 
 def to_be_told_m(speed_mps: float, slower_mps: float, slowing_mps2: float = COMFORT_MPS2) -> float:
@@ -75,7 +77,8 @@ def _red(state: State) -> Stop | None:
     light = state.light
     if light is None or light.lost_at_line or light.permits:
         return None
-    return _at("red_light", of_light(state, light.distance_m), light.confidence)
+    line_m = state.stop_m if state.stop_kind in STOP_LINES else None
+    return _at("red_light", line_m if line_m is not None else light.distance_m, light.confidence)
 
 
 def _sign(state: State) -> Stop | None:

@@ -288,15 +288,6 @@ def test_a_distance_that_no_lamp_has_takes_no_red_away(absurd_m: float, passed: 
     assert drive.target_mps <= stood
 
 
-@pytest.mark.parametrize("kind", ["light", "crossing", "stop_line"])
-def test_a_line_of_the_map_far_behind_a_red_light_moves_the_place_to_stop_no_farther_away(kind: str) -> None:
-    alone = at_red(speed_mps=13.0)
-    beyond = Drive(speed_mps=13.0)
-    beyond.lines = (StopLine(distance_m=200.0, kind=kind),)  # type: ignore[arg-type]
-    beyond.tick(lamp("red"))
-    assert beyond.target_mps <= alone.target_mps
-
-
 @given(across_m=st.floats(8.0, 40.0), speed_mps=st.floats(2.0, 14.0), next_m=st.floats(80.0, 200.0))
 def test_behind_its_line_the_ego_is_not_to_stop_before_a_light_across_the_junction(
     across_m: float, speed_mps: float, next_m: float

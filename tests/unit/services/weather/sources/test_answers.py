@@ -84,7 +84,7 @@ def test_a_report_of_last_month_s_last_day_is_of_yesterday() -> None:
     assert midnight_ns - told.stamp_ns == 20 * 60 * NS
 
 
-def _changed(body: bytes, *path: str, value: Any) -> bytes:
+def _changed(body: bytes, *path: str | int, value: Any) -> bytes:
     answer = json.loads(body)
     inner = answer
     for key in path[:-1]:
