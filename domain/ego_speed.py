@@ -1,4 +1,4 @@
-"""Which readings of the ego's speed are speeds, and which decelerations the speed bears out.
+"""Which readings of the ego's speed are speeds, and which accelerations the speed bears out.
 
 Orchestrator and arbiter each pass what they believed last.
 """

@@ -10,6 +10,7 @@ from cantools.database.errors import Error as CantoolsError
 
 from drivemcp.errors import UserError
 from drivemcp.files.encodings import encoding_of
+from drivemcp.files.foreign import foreign
 
 logging.getLogger("cantools.database.can.database").setLevel(logging.ERROR)
 """It says that the last of two messages of one id is taken, which is not so here."""
@@ -33,20 +34,8 @@ def load_description(path: Path) -> Any:
     try:
         return load_file(str(path), strict=False, encoding=encoding_of(content))
     except (OSError, CantoolsError, ValueError, KeyError, AttributeError, SyntaxError, TypeError) as error:
-        why = foreign(content) or _why(error)
+        why = foreign(content, "description", xml=True) or _why(error)
         raise UserError(f"{path.name} cannot be read as a bus description: {why}") from error
-
-
-def foreign(content: bytes) -> str:
-    """What a file is that is no bus description, and what to do; empty where it may be one."""
-    head = content.lstrip()[:64].lower()
-    if not head:
-        return "it is empty; was a download broken off?"
-    if head.startswith(b"version https://git-lfs"):
-        return "it is a pointer of Git LFS and not the description: git lfs pull"
-    if head.startswith((b"<!doctype html", b"<html")):
-        return "it is a page and not a description: was a download answered by a web page?"
-    return ""
 
 
 def _why(error: Exception) -> str:

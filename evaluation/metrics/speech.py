@@ -163,13 +163,13 @@ def _stands(record: Record, before: At[Advisory], now: At[Advisory]) -> bool:
     return _really_on(truth, now.message)
 
 
-def _really_on(truth: Truth, warning: Advisory) -> bool:
-    """Whether the hazard that it names is there: another one is no reason to repeat it."""
+def _really_on(truth: Truth, warning: Advisory, within_s: float = CAUSE_TTC_S) -> bool:
+    """Whether the hazard that it names is there, or a vehicle that is met so soon: another one is no reason to repeat it."""
     if any(names(warning, each.kind) for each in on_now(truth)):
         return True
     if names(warning, "pedestrian"):
         return any(map(_in_the_way_soon, truth.actors))
-    return names(warning, "lead_brakes") and _soon(ttc_s(truth.gap_m, truth.closing_mps))
+    return names(warning, "lead_brakes") and _soon(ttc_s(truth.gap_m, truth.closing_mps), within_s)
 
 
 def _in_the_way_soon(actor: TrueActor) -> bool:
@@ -198,12 +198,9 @@ def false_warnings(record: Record) -> int:
 
 def founded(truth: Truth, warning: Advisory) -> bool:
     """Whether truth knows the road user or the hazard that a warning names."""
-    if not names(warning, "lead_brakes"):
-        return _really_on(truth, warning)
     within_s = CAUSE_TTC_S if warning.hazard == "slow_traffic" else CLOSE_TTC_S
-    hazard_on = any(names(warning, each.kind) for each in on_now(truth))
     lead_alone = msgspec.structs.replace(truth, actors=())
-    return hazard_on or _soon(ttc_s(truth.gap_m, truth.closing_mps), within_s) or violates_rss(lead_alone)
+    return _really_on(truth, warning, within_s) or (names(warning, "lead_brakes") and violates_rss(lead_alone))
 
 
 def unnecessary_slow_downs(record: Record) -> int:

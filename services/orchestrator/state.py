@@ -6,6 +6,7 @@ from typing import Any
 
 import msgspec
 
+from domain import ego_speed
 from domain.units import KM_PER_MILE
 from proto.decision import Preferences
 from proto.observed import value_of
@@ -247,14 +248,8 @@ class Held(msgspec.Struct, frozen=True, kw_only=True):
     """How long pictures of the road have to be read until that doubt ends."""
     road: str = ""
     """The type of road as it was last known."""
-    speed_mps: float | None = None
-    """The ego's speed as it was last believed."""
-    speed_ns: int = 0
-    """When the car told it."""
-    speed_owed_mps: float = 0.0
-    """How much less it fell recently than the car's decelerations promised."""
-    speed_unrisen_mps: float = 0.0
-    """How much less it rose than the car's accelerations promised."""
+    speed: ego_speed.Believed | None = None
+    """The ego's speed as it was last believed, and how far its accelerations are borne out."""
     place_m: float | None = None
     """The room to the place to give way at that bounded the target last; None: none did."""
     target_mps: float | None = None

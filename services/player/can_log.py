@@ -13,6 +13,7 @@ from domain.units import MPS_PER, MPS_PER_KNOT
 from drivemcp.errors import UserError
 from drivemcp.files.bus_description import key_of, load_description, unsound
 from drivemcp.files.can_logs.log import CHANNELS_LOOK, CanLog, check_log, listed
+from drivemcp.files.folders import files_beside
 from drivemcp.paths import data
 from proto import topics
 from proto.sensors import CanFrame, CanFrames
@@ -54,12 +55,7 @@ class SpeedSignal(NamedTuple):
 
 def log_beside(source: Path) -> Path | None:
     """The CAN log of a recording: of the same name beside a file, or inside a folder. Raises UserError where there are several."""
-    if source.is_dir():
-        found = sorted(
-            file for file in source.iterdir() if file.suffix.lower() in FORMATS and not file.name.startswith(".")
-        )
-    else:
-        found = [file for suffix in FORMATS if (file := source.with_suffix(suffix)).is_file() and file != source]
+    found = files_beside(source, FORMATS)
     if len(found) > 1:
         raise UserError(
             f"{source} has several CAN logs: {', '.join(each.name for each in found)}; name one with --can, or --can none"

@@ -10,6 +10,8 @@ from pathlib import Path
 import cv2
 
 from drivemcp.errors import UserError
+from drivemcp.files.folders import files_of
+from drivemcp.files.foreign import foreign
 from services.player.recording import Options, Picture, Recording, camera_messages, read_picture, shrink
 
 _NUMBERS = re.compile(r"([0-9]+)")
@@ -18,9 +20,7 @@ PICTURES = (".jpg", ".jpeg", ".png", ".bmp", ".webp")
 
 def open_folder(path: Path, options: Options) -> Recording:
     """Pictures in the order of the numbers in their names. Raises UserError where there are none."""
-    files = ordered(
-        file for file in path.iterdir() if file.suffix.lower() in PICTURES and not file.name.startswith(".")
-    )  # a Mac writes ._NAME beside NAME on other disks
+    files = ordered(files_of(path, PICTURES))
     if not files:
         raise UserError(f"{path} holds no pictures ({', '.join(PICTURES)}), no frame.json and no log")
     period_s = options.picture_period_s
@@ -57,19 +57,12 @@ def _why(path: Path) -> str:
     """What a file is that is no video, where its beginning tells."""
     with path.open("rb") as file:
         head = file.read(64)
-    if not head:
-        return ": it is empty; was a download broken off?"
+    if told := foreign(head, "video"):
+        return f": {told}"
     if head.startswith((b"#ROSBAG", b"SQLite format")):
         return ": a rosbag is not read; write a frame.json or a folder of pictures from it"
-    if head.startswith(b"version https://git-lfs"):
-        return ": it is a pointer of Git LFS and not the video; git lfs pull"
-    if head.lstrip().startswith(b"<"):
-        return ": it is a page; was a download answered by a web page?"
-    return (
-        ": its end is missing; was the recorder cut off? A repair tool may write its index"
-        if head[4:8] == b"ftyp"
-        else ""
-    )
+    cut_off = head[4:8] == b"ftyp"
+    return ": its end is missing; was the recorder cut off? A repair tool may write its index" if cut_off else ""
 
 
 def _pictures(capture: cv2.VideoCapture, options: Options) -> Iterator[Picture]:

@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Callable, Iterator, Mapping
 from datetime import UTC, date, datetime, time
+from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
@@ -17,6 +18,7 @@ import pynmea2
 
 from drivemcp.errors import UserError
 from drivemcp.files.encodings import encoding_of
+from drivemcp.files.folders import files_beside
 from proto import topics
 from proto.sensors import GnssFix
 from proto.vehicle import Ego
@@ -68,13 +70,7 @@ def track_beside(source: Path) -> Path | None:
 
     A table of something else is passed over. Raises UserError for a track that cannot be read, or several.
     """
-    if source.is_dir():
-        files = sorted(
-            file for file in source.iterdir() if file.suffix.lower() in READERS and not file.name.startswith(".")
-        )
-    else:
-        files = [file for suffix in READERS if (file := source.with_suffix(suffix)).is_file()]
-    found = [file for file in files if _is_track(file)]
+    found = [file for file in files_beside(source, READERS) if _is_track(file)]
     if len(found) > 1:
         names = ", ".join(file.name for file in found)
         raise UserError(f"{source} has several position tracks: {names}; name one with --track, or --track none")
@@ -104,6 +100,16 @@ def not_read(path: Path) -> str:
 
 
 def _read(path: Path) -> tuple[tuple[Fix, ...], Left]:
+    try:
+        at = path.stat()
+    except OSError as error:
+        raise UserError(f"cannot read {path}: {error.strerror}") from None
+    return _read_once(path, at.st_mtime_ns, at.st_size)
+
+
+@lru_cache(2)
+def _read_once(path: Path, written_ns: int, size: int) -> tuple[tuple[Fix, ...], Left]:
+    """A track is asked for when it is looked for, played, and told of: it is read once, as long as the file stays as it is."""
     inside = path.suffix.lower() in SUFFIXES
     reader = READERS.get(path.suffix.lower())
     left = Left()

@@ -25,7 +25,7 @@ ROAD_HALF_M, ROADSIDE_M = 4.0, 9.0
 
 
 def with_people(scene: Scene, split: Split, rng: np.random.Generator) -> Scene:
-    """The scene with two to seven knots of one to five people more, 5 to 75 m ahead of the ego, in nobody's way."""
+    """The scene with two to seven knots of one to five people more, 5 to 75 m ahead of the ego. None overlaps a vehicle."""
     things = [item.pose for item in scene.static.scenery if item.kind in UPRIGHT]
     things = _in_sight(scene.ego, things + [post.pose for post in scene.static.signs])
     vehicles = [actor for actor in scene.actors if actor.kind != "pedestrian"]

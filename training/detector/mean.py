@@ -23,6 +23,7 @@ from onnx import numpy_helper
 from drivemcp.errors import UserError
 from drivemcp.paths import data
 from training.dataset.shards import load_frames
+from training.detector.exported import convolutions
 from training.detector.int8 import FLOAT, origin, quantise
 
 MEAN_OF = "mean_of"
@@ -34,11 +35,11 @@ def mean(before: onnx.ModelProto, after: onnx.ModelProto, share: float = 0.5) ->
     where their weights do not match."""
     out = onnx.ModelProto()
     out.CopyFrom(after)
-    pairs = list(zip(_weights(before), _weights(after), strict=False))
-    if len(pairs) != len(_weights(after)) or any(one.shape != other.shape for one, other in pairs):
+    earlier, later = _weights(before, "BEFORE"), _weights(after, "AFTER")
+    if [each.shape for each in earlier] != [each.shape for each in later]:
         raise UserError("the two networks are of different shapes; AFTER must have begun as BEFORE (--start)")
     places = ((node, place) for node in out.graph.node if node.op_type == "Conv" for place in (1, 2))
-    for (one, other), (node, place) in zip(pairs, places, strict=True):
+    for one, other, (node, place) in zip(earlier, later, places, strict=True):
         mixed = ((1 - share) * one + share * other).astype(other.dtype)
         node.input[place] = f"mean/{node.name}/{place}"
         out.graph.initializer.append(numpy_helper.from_array(mixed, node.input[place]))
@@ -48,14 +49,8 @@ def mean(before: onnx.ModelProto, after: onnx.ModelProto, share: float = 0.5) ->
     return out
 
 
-def _weights(model: onnx.ModelProto) -> list[NDArray[np.floating]]:
-    """Weight and bias of each convolution in turn. What is the same twice is stored once, under the name of the first."""
-    known = {each.name: each for each in model.graph.initializer}
-    for node in model.graph.node:
-        if node.op_type == "Identity" and node.input[0] in known:
-            known[node.output[0]] = known[node.input[0]]
-    convolutions = (node for node in model.graph.node if node.op_type == "Conv")
-    return [numpy_helper.to_array(known[name]) for node in convolutions for name in node.input[1:3]]
+def _weights(model: onnx.ModelProto, name: str) -> list[NDArray[np.floating]]:
+    return [each for pair in convolutions(model, name) for each in pair]
 
 
 def card_of(before: Path, after: Path, exported: Path, share: float = 0.5) -> dict[str, Any]:

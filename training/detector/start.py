@@ -7,10 +7,10 @@ from pathlib import Path
 
 import onnx
 import torch
-from onnx import numpy_helper
 from torch import Tensor, nn
 
 from training.detector.batches import Batch
+from training.detector.exported import convolutions
 from training.detector.net import PIXEL_SCALE, DetectorNet
 
 BATCHES = 40
@@ -22,7 +22,8 @@ def begin_with_exported(net: DetectorNet, path: Path, source: Iterator[Batch]) -
 
     Raises ValueError where the file holds another network.
     """
-    weights = _convolutions(path)
+    exported = convolutions(onnx.load(str(path)), str(path))
+    weights = [(torch.from_numpy(weight.copy()), torch.from_numpy(bias.copy())) for weight, bias in exported]
     order = _in_order(net)
     if [tuple(conv.weight.shape) for conv, _ in order] != [tuple(weight.shape) for weight, _ in weights]:
         raise ValueError(f"{path}: its convolutions are not those of this network; train from a state, or from nothing")
@@ -77,20 +78,3 @@ def _in_order(net: DetectorNet) -> list[tuple[nn.Conv2d, nn.BatchNorm2d | None]]
     for hook in hooks:
         hook.remove()
     return ran
-
-
-def _convolutions(path: Path) -> list[tuple[Tensor, Tensor]]:
-    """Weight and bias of each convolution of an ONNX file, in the order in which they run."""
-    graph = onnx.load(str(path)).graph
-    known = {each.name: each for each in graph.initializer}
-    for node in graph.node:
-        if node.op_type == "Identity" and node.input[0] in known:  # what is the same twice is stored once
-            known[node.output[0]] = known[node.input[0]]
-    found = []
-    for node in graph.node:
-        if node.op_type == "Conv":
-            if len(node.input) != 3 or any(name not in known for name in node.input[1:]):
-                raise ValueError(f"{path}: {node.name} has no weights of its own; give the network in floating point")
-            weight, bias = (torch.from_numpy(numpy_helper.to_array(known[name]).copy()) for name in node.input[1:])
-            found.append((weight, bias))
-    return found

@@ -125,7 +125,7 @@ def _plant(place: Place, rng: np.random.Generator, split: Split, s: float, later
 
 
 def _street_furniture(place: Place, seed: int, split: Split) -> tuple[Scenery, ...]:
-    """What stands upright at both sides and is nobody, near and far, from a random stream of its own."""
+    """Upright things at both sides that a detector may take for people, near and far, from a random stream of their own."""
     rng = np.random.default_rng((2027, seed, 0 if split == "train" else 1))
     if rng.uniform() < 0.3:
         return ()

@@ -67,9 +67,10 @@ def read(latest: Latest, now_ns: int, max_age_s: float) -> Reading:
     ego, ego_age = _fresh(latest.ego, now_ns, max_age_s)
     conditions = latest.conditions[0] if latest.conditions is not None else None
     degradation = latest.degradation[0] if latest.degradation is not None else None
+    speed = _young_speed(latest, ego, now_ns, max_age_s)
     view = View(
-        ego_speed_mps=_speed_mps(latest, ego, now_ns, max_age_s),
-        ego_acceleration_mps2=_acceleration_mps2(latest, ego, now_ns, max_age_s),
+        ego_speed_mps=speed.mps if speed is not None else None,
+        ego_acceleration_mps2=ego_speed.acceleration_mps2(ego.acceleration_mps2, speed) if ego is not None else None,
         actors=in_path(tracks),
         h=degradation.h if degradation is not None else None,
         brake_envelope=degradation.brake_envelope if degradation is not None else None,
@@ -88,20 +89,8 @@ def read(latest: Latest, now_ns: int, max_age_s: float) -> Reading:
     )
 
 
-def _speed_mps(latest: Latest, ego: Ego | None, now_ns: int, max_age_s: float) -> float | None:
+def _young_speed(latest: Latest, ego: Ego | None, now_ns: int, max_age_s: float) -> Believed | None:
     """The speed, unless it is not told, or only one that was believed too long ago."""
-    speed = _young(latest, ego, now_ns, max_age_s)
-    return speed.mps if speed is not None else None
-
-
-def _acceleration_mps2(latest: Latest, ego: Ego | None, now_ns: int, max_age_s: float) -> float | None:
-    """The acceleration; no speed that is known bears out a deceleration where the speed is unknown."""
-    if ego is None:
-        return None
-    return ego_speed.acceleration_mps2(ego.acceleration_mps2, _young(latest, ego, now_ns, max_age_s))
-
-
-def _young(latest: Latest, ego: Ego | None, now_ns: int, max_age_s: float) -> Believed | None:
     speed = believed(latest, now_ns)
     if ego is None or ego.speed_mps is None or speed is None:
         return None

@@ -4,7 +4,7 @@ An intervention goes on while the danger does. What ends it: the danger is over 
 budget of its envelope is spent. A foot on the brake ends nothing: the receiver brakes by the harder of foot and command.
 """
 
-from typing import NamedTuple
+from typing import NamedTuple, TypeGuard
 
 import msgspec
 
@@ -49,12 +49,8 @@ class Need(NamedTuple):
 
 def overridden(pedals: Pedals, at_start: Pedals | None, profile: Profile) -> str:
     """How the driver overrides, or why that cannot be seen; empty: the driver leaves it to the car, or brakes as well."""
-    if pedals.brake is None or pedals.accelerator is None or pedals.steering_rad is None:
+    if not (_is_pedal(pedals.brake) and _is_pedal(pedals.accelerator) and _is_wheel(pedals.steering_rad)):
         return "the driver's pedals and wheel are not seen"
-    if not (
-        _is_pedal(pedals.brake) and _is_pedal(pedals.accelerator) and abs(pedals.steering_rad) <= MOST_STEERING_RAD
-    ):
-        return "the driver's pedals and wheel are not seen"  # what no pedal and no wheel can show shows nothing
     if pedals.accelerator >= profile.pedal_accelerator:
         return "the driver accelerates"
     if at_start is None:
@@ -66,8 +62,12 @@ def overridden(pedals: Pedals, at_start: Pedals | None, profile: Profile) -> str
     return ""
 
 
-def _is_pedal(value: float) -> bool:
-    return -PEDAL_ERROR <= value <= 1.0 + PEDAL_ERROR
+def _is_pedal(value: float | None) -> TypeGuard[float]:
+    return value is not None and -PEDAL_ERROR <= value <= 1.0 + PEDAL_ERROR
+
+
+def _is_wheel(value: float | None) -> TypeGuard[float]:
+    return value is not None and abs(value) <= MOST_STEERING_RAD
 
 
 def takes_over(pedals: Pedals, at_start: Pedals | None, profile: Profile) -> str:

@@ -33,8 +33,8 @@ def _held(held: Held, now_ns: int) -> Held:
         msgspec.structs.replace(each, stamp_ns=min(each.stamp_ns, now_ns), higher_ns=None, higher_mps=None)
         for each in held.lost
     )
-    if held.speed_ns > now_ns:
-        fields |= {"speed_mps": None, "speed_ns": 0, "speed_owed_mps": 0.0, "speed_unrisen_mps": 0.0}
+    if held.speed is not None and held.speed.stamp_ns > now_ns:
+        fields["speed"] = None
     return msgspec.structs.replace(held, **fields)
 
 

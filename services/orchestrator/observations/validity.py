@@ -98,10 +98,7 @@ def believed_speed(held: Held, seen: Observations) -> Believed | None:
     if seen.ego is None or seen.ego.message.speed_mps is None:
         return None
     told = Believed(seen.ego.message.speed_mps, seen.ego.stamp_ns)
-    before = None
-    if held.speed_mps is not None:
-        before = Believed(held.speed_mps, held.speed_ns, held.speed_owed_mps, held.speed_unrisen_mps)
-    return ego_speed.believed(told, before, seen.ego.message.acceleration_mps2)
+    return ego_speed.believed(told, held.speed, seen.ego.message.acceleration_mps2)
 
 
 class Motion(NamedTuple):

@@ -421,4 +421,4 @@ def _lead_mps(state: State, way: Way) -> float:
     """The speed of a vehicle ahead; while the ego's own is unknown, by the one that was believed last, and without one it may stand."""
     if way.speed_mps is not None:
         return way.speed_mps
-    return 0.0 if state.held.speed_mps is None else state.held.speed_mps - way.closing_mps
+    return 0.0 if state.held.speed is None else state.held.speed.mps - way.closing_mps

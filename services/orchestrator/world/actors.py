@@ -43,7 +43,7 @@ ACROSS_SIGMAS = 4.0
 SIGHT, ACROSS = Sight(YOUNG_S, LOST_S, CERTAIN, KNOWN_S), Across(CROSSES_MPS, ACROSS_SIGMAS)
 WATCHED_S, KEPT_S, HARDLY = 0.25, 0.7, 0.25
 MOST_GAPS = 400
-"""Of all actors: a crowd pushes no sighting out before they are confirmed."""
+"""Of all actors: a crowd pushes no sighting out before its road user is confirmed."""
 CONFIRMING = 3
 """Ticks of the last `KEPT_S` in which a doubted person has to be well seen in the way: ghosts of people last one or two."""
 STANDING_MPS = 1.0

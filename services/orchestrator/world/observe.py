@@ -20,7 +20,6 @@ from services.orchestrator.observations.validity import (
     believed_speed,
     confidence_at,
     fresh,
-    is_fresh,
     looked_ns,
     motion_of,
     newer,
@@ -107,15 +106,8 @@ def _held(state: State, seen: Observations, motion: Motion) -> Held:
     if car is not None and newer(car.stamp_ns, held.degradation_ns, seen.now_ns) and sane_health(car.message):
         degradation = _with_envelope(car.message, held.degradation)
         held = msgspec.structs.replace(held, degradation=degradation, degradation_ns=car.stamp_ns)
-    speed = believed_speed(held, seen)
-    if speed is not None and is_fresh(speed.stamp_ns, VALID_NS["speed"], seen.now_ns):
-        held = msgspec.structs.replace(
-            held,
-            speed_mps=speed.mps,
-            speed_ns=speed.stamp_ns,
-            speed_owed_mps=speed.owed_mps,
-            speed_unrisen_mps=speed.unrisen_mps,
-        )
+    if motion.known:
+        held = msgspec.structs.replace(held, speed=believed_speed(held, seen))
     return msgspec.structs.replace(held, limiters=tuple(each for each in held.limiters if _stands(each, seen)))
 
 
@@ -194,11 +186,12 @@ def _ego(state: State, seen: Observations, motion: Motion, lanes: Stamped[Lanes]
     if seen.ego is not None:
         told, signals = _Told("can", 1.0, seen.ego.stamp_ns, VALID_NS["speed"], now_ns), seen.ego.message
         speed = believed_speed(state.held, seen)
-        young = speed if speed is not None and is_fresh(speed.stamp_ns, VALID_NS["speed"], now_ns) else None
         ego = msgspec.structs.replace(
             ego,
             speed_mps=told._replace(stamp_ns=speed.stamp_ns).observed(speed.mps) if speed is not None else None,
-            acceleration_mps2=told.observed(ego_speed.acceleration_mps2(signals.acceleration_mps2, young)),
+            acceleration_mps2=told.observed(
+                ego_speed.acceleration_mps2(signals.acceleration_mps2, speed if motion.known else None)
+            ),
             yaw_rate_radps=told.observed(yaw_rate(signals.yaw_rate_radps, motion.speed_mps)),
         )
     if lanes is not None:

@@ -28,6 +28,7 @@ import numpy as np
 
 from drivemcp import inference
 from drivemcp.files.encodings import encoding_of
+from drivemcp.files.foreign import foreign
 from drivemcp.inference import CPU
 from services.perception.detect.centre_point import CentreDetector
 from services.perception.detect.coco import (
@@ -184,13 +185,9 @@ def open_session(path: Path, threads: int, providers: tuple[str, ...] = CPU) -> 
 def _why(path: Path, kind: str, said: str) -> str:
     """What a file is that is no model, and what to do."""
     with path.open("rb") as file:
-        head = file.read(64).lstrip()
-    if not head:
-        return "it is empty; was a download broken off? Fetch it again"
-    if head.startswith(b"version https://git-lfs"):
-        return "it is a pointer of Git LFS and not the model: git lfs pull"
-    if head.startswith(b"<"):
-        return "it is a page and not a model: was a download answered by a web page?"
+        told = foreign(file.read(64), "model")
+    if told:
+        return told
     if "External data" in said or "external data" in said:
         return "its weights lie in another file, which is not beside it; put that there, or export both into one file"
     if kind in ("NotImplemented", "InvalidGraph") or re.search(r"opset|IR_VERSION|IR version", said):

@@ -102,7 +102,7 @@ def _is_present(row: Any, now_ns: int) -> bool:
 
 
 def _below(value: Any, *names: str) -> dict[str, Any]:
-    """The object at this place, empty where there is none."""
+    """The object at this place; an empty one where something else stands there."""
     for name in names:
         value = value.get(name) if isinstance(value, dict) else None
     return value if isinstance(value, dict) else {}

@@ -211,7 +211,7 @@ class Drive:
     def comes_to(self, speed_mps: float | None) -> None:
         """The ego has come to another speed, as if time had gone by: none that it reaches within a tick is believed."""
         self.speed_mps = speed_mps
-        self.state = replace(self.state, held=replace(self.state.held, speed_mps=None))
+        self.state = replace(self.state, held=replace(self.state.held, speed=None))
 
     @property
     def target_mps(self) -> float:

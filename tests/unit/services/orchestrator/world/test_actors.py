@@ -5,6 +5,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from domain import kinematics
+from domain.ego_speed import Believed
 from proto.perception import Track
 from services.orchestrator.state import GapSeen
 from services.orchestrator.target.target import target
@@ -377,5 +378,6 @@ def test_a_car_ahead_lowers_the_target_though_the_speed_of_our_own_is_unknown(
 ) -> None:
     ahead, measured = car(x_m, -closing_mps), 20.0 if believed_mps is None else believed_mps
     known, unknown = seen(ahead, speed_mps=measured), seen(ahead, speed_mps=None)
-    unknown = replace(unknown, held=replace(unknown.held, speed_mps=believed_mps))
+    before = None if believed_mps is None else Believed(believed_mps, START)
+    unknown = replace(unknown, held=replace(unknown.held, speed=before))
     assert target(unknown).mps <= target(known).mps + 1e-9
