@@ -23,6 +23,8 @@ _MODULES = {
 _DATA = (
     "models/detector.onnx",
     "models/people.onnx",
+    "models/signs.onnx",
+    "models/lights.onnx",
     "models/reader.onnx",
     "models/weather.onnx",
     "vehicles/sim/sim.dbc",

@@ -37,7 +37,7 @@ from studies.modelled_sensors.ranging import ENOUGH, ranging
 from studies.modelled_sensors.recording import Recording
 from training.regression import Floats
 
-MODELS = ("detector.onnx", "people.onnx", "reader.onnx", "weather.onnx")
+MODELS = ("detector.onnx", "people.onnx", "signs.onnx", "lights.onnx", "reader.onnx", "weather.onnx")
 ENOUGH_OF_ONE, MOST_OWN = 10, 2.5
 """Pictures of a thing from which it tells how things differ; and the most that is believed of that."""
 ALIKE, SURE, UNSURE = 0.3, 0.97, 0.6

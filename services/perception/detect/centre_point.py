@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from functools import lru_cache
-from typing import Any, get_args
+from functools import lru_cache, partial
+from typing import Any, TypeVar, get_args
 
 import cv2
 import numpy as np
@@ -43,6 +44,7 @@ cuts what the picture does not, also as a share of the height: detectors draw ed
 
 
 _Found = tuple[FloatArray, FloatArray, NDArray[np.int64]]
+Looked = TypeVar("Looked")
 
 
 class CentreDetector:
@@ -51,7 +53,7 @@ class CentreDetector:
     Its card may hold `calibration`: slope and offset that make a class's scores probabilities. Floors are of the raw heat.
     A net for pictures of any size, multiples of 32, can look closer; one for a single size does not. With two threads and
     more the closer look is taken beside the other, which is faster than both of them one after the other on all threads.
-    With a second look who may be a person is judged by it: floors and calibration of people are of its scores then.
+    What may be of a class with a second look is judged by it: floor and calibration of the class are of its scores then.
     """
 
     def __init__(
@@ -61,7 +63,7 @@ class CentreDetector:
         options: DetectorOptions,
         *,
         name: str,
-        second: SecondLook | None = None,
+        second: Mapping[ObjectClass, SecondLook] | None = None,
     ) -> None:
         self.name = name
         self._session = session
@@ -77,10 +79,10 @@ class CentreDetector:
         written = card.get("floors", {})
         floors = [(options.floors or {}).get(kind, written.get(kind, options.score_floor)) for kind in self._classes]
         self._told_from = np.array(floors, dtype=np.float32)
-        self._second = second
+        self._second = {self._classes.index(kind): look for kind, look in (second or {}).items()}
         asked = [
-            ASKS_FROM if second and kind == "pedestrian" else floor
-            for kind, floor in zip(self._classes, floors, strict=True)
+            ASKS_FROM[kind] if index in self._second else floor
+            for index, (kind, floor) in enumerate(zip(self._classes, floors, strict=True))
         ]
         self._floors = np.array(asked, dtype=np.float32)[:, None, None]
         curves = [card.get("calibration", {}).get(kind, AS_IT_IS) for kind in self._classes]
@@ -89,14 +91,13 @@ class CentreDetector:
     def detect(self, rgb: Picture, *, closer: bool = False) -> list[Detection]:
         """See `Detector`."""
         if closer and self._any_size and min(rgb.shape[:2]) >= STRIDE_PX:  # what is smaller may have no strip
-            (boxes, scores, kinds), more = self._both(rgb)
-            boxes, scores = np.concatenate([boxes, more[0]]), np.concatenate([scores, more[1]])
-            kinds = np.concatenate([kinds, more[2]])
+            both = self._side_by_side([partial(self._whole, rgb, BESIDE_PX), partial(self._closer, rgb)])
+            boxes, scores, kinds = (np.concatenate(parts) for parts in zip(*both, strict=True))
         else:
             boxes, scores, kinds = self._whole(rgb, self._size)
         boxes, scores, kinds = self._kept(boxes, scores, kinds)
-        if self._second is not None:
-            boxes, scores, kinds = self._looked_again(rgb, (boxes, scores, kinds), self._second)
+        if self._second:
+            boxes, scores, kinds = self._looked_again(rgb, (boxes, scores, kinds))
         names = [self._classes[kind] for kind in kinds]
         return detections(boxes, _probabilities(scores, self._curves[kinds]), names, (rgb.shape[1], rgb.shape[0]))
 
@@ -105,21 +106,22 @@ class CentreDetector:
         kept = suppress(boxes, scores, kinds, self._options.overlap_limit)
         return boxes[kept], scores[kept], kinds[kept]
 
-    def _looked_again(self, rgb: Picture, found: _Found, second: SecondLook) -> _Found:
-        """The same with who may be a person judged anew; whose boxes are the same person's then is one."""
+    def _looked_again(self, rgb: Picture, found: _Found) -> _Found:
+        """The same with the classes judged anew that have a second look; boxes that are the same thing's then are one."""
         boxes, scores, kinds = found
-        people = np.flatnonzero(kinds == self._classes.index("pedestrian"))
-        if not len(people):
-            return found
-        boxes[people], scores[people] = second.look(rgb, boxes[people], scores[people])
+        asked = {kind: mine for kind in self._second if len(mine := np.flatnonzero(kinds == kind))}
+        looks = [partial(self._second[kind].look, rgb, boxes[mine], scores[mine]) for kind, mine in asked.items()]
+        for mine, better in zip(asked.values(), self._side_by_side(looks), strict=True):
+            boxes[mine], scores[mine] = better
         told = scores >= self._told_from[kinds]
         return self._kept(boxes[told], scores[told], kinds[told])
 
-    def _both(self, rgb: Picture) -> tuple[_Found, _Found]:
+    def _side_by_side(self, looks: Sequence[Callable[[], Looked]]) -> list[Looked]:
+        """What each look gives; the first one is taken on this thread, the others on the second where there are two."""
         if self._beside is None:
-            return self._whole(rgb, BESIDE_PX), self._closer(rgb)
-        more = self._beside.submit(self._closer, rgb)
-        return self._whole(rgb, BESIDE_PX), more.result()
+            return [look() for look in looks]
+        others = [self._beside.submit(look) for look in looks[1:]]
+        return [look() for look in looks[:1]] + [other.result() for other in others]
 
     def _whole(self, rgb: Picture, size_px: tuple[int, int]) -> _Found:
         canvas, scale = whole(rgb, formed(rgb.shape[:2], size_px) if self._any_size else size_px)

@@ -30,6 +30,7 @@ from drivemcp import inference
 from drivemcp.files.encodings import encoding_of
 from drivemcp.files.foreign import foreign
 from drivemcp.inference import CPU
+from proto.perception import ObjectClass
 from services.perception.detect.centre_point import CentreDetector
 from services.perception.detect.coco import (
     COCO_CLASSES,
@@ -40,7 +41,7 @@ from services.perception.detect.coco import (
 )
 from services.perception.detect.detection import FloatArray
 from services.perception.detect.detector import Detector, DetectorError, DetectorOptions
-from services.perception.detect.second_look import SecondLook
+from services.perception.detect.second_look import ASKS_FROM, SecondLook
 
 FREE_SIDE_PX = 640
 """The side of the picture given to a model that takes any."""
@@ -52,7 +53,7 @@ EDGE = 1e-3
 def load_detector(path: Path, options: DetectorOptions | None = None) -> Detector:
     """The detector in an ONNX file; its outputs tell which kind it is. Raises DetectorError naming the file.
 
-    A `.json` file beside it may hold `classes` and `floors` (our own detector writes both), and name a `second_look`.
+    A `.json` file beside it may hold `classes` and `floors` (our own detector writes both), and name the `second_look` of a class.
     """
     options = options or DetectorOptions()
     session = open_session(path, options.threads, options.providers)
@@ -62,7 +63,7 @@ def load_detector(path: Path, options: DetectorOptions | None = None) -> Detecto
         if options.threads > 1 and not isinstance(session.get_inputs()[0].shape[1], int):
             # A net for any size looks twice, side by side, each time on half of the threads.
             session = open_session(path, options.threads // 2, options.providers)
-        second = _second_look(path, card, options.providers)
+        second = {kind: _second_look(beside, options.providers) for kind, beside in _named_beside(path, card).items()}
         return CentreDetector(session, card, options, name=path.stem, second=second)
     side_px = _square_side(session)
     if side_px is None:
@@ -80,21 +81,24 @@ def load_detector(path: Path, options: DetectorOptions | None = None) -> Detecto
 
 
 def digest(path: Path) -> str:
-    """The first 12 hex digits of the SHA-256 of a detector's network, and of the one that its card names."""
-    beside = _named_beside(path, _card(path))
-    content = [each.read_bytes() for each in (path, beside) if each is not None]
+    """The first 12 hex digits of the SHA-256 of a detector's network, and of those that its card names."""
+    content = [each.read_bytes() for each in (path, *_named_beside(path, _card(path)).values())]
     return hashlib.sha256(b"".join(content)).hexdigest()[:12]
 
 
-def _named_beside(path: Path, card: dict[str, Any]) -> Path | None:
-    return path.parent / Path(str(card["second_look"])).name if "second_look" in card else None
+def _named_beside(path: Path, card: dict[str, Any]) -> dict[ObjectClass, Path]:
+    """The networks of the second look by class, in the classes' order."""
+    named = card.get("second_look", {})
+    if not isinstance(named, dict) or not named.keys() <= ASKS_FROM.keys():
+        raise DetectorError(
+            f"{path.with_suffix('.json')}: `second_look` must name a network for each of some classes ({', '.join(ASKS_FROM)}), as in "
+            '{"pedestrian": "people.onnx"}'
+        )
+    return {kind: path.parent / Path(str(named[kind])).name for kind in ASKS_FROM if kind in named}
 
 
-def _second_look(path: Path, card: dict[str, Any], providers: tuple[str, ...]) -> SecondLook | None:
-    """The network beside the detector that its card names, to be weighed as that network's own card says."""
-    beside = _named_beside(path, card)
-    if beside is None:
-        return None
+def _second_look(beside: Path, providers: tuple[str, ...]) -> SecondLook:
+    """A network beside the detector, to be weighed as that network's own card says."""
     session = open_session(beside, 1, providers)
     weights = _card(beside).get("weights")
     if not isinstance(weights, list) or len(weights) != 3 or not all(isinstance(each, int | float) for each in weights):

@@ -37,11 +37,8 @@ def frames(tmp_path_factory: pytest.TempPathFactory) -> Frames:
 
 def of_the_float_one(folder: Path) -> Path:
     """The float network under the shipped one's card, so that floors and curves are the same."""
-    path = folder / "detector.onnx"
-    shutil.copy(data("models") / FLOAT, path)
-    for name in ("detector.json", "people.onnx", "people.json"):
-        shutil.copy(data(f"models/{name}"), folder / name)
-    return path
+    shutil.copytree(data("models"), folder, dirs_exist_ok=True)
+    return Path(shutil.copy(folder / FLOAT, folder / "detector.onnx"))
 
 
 def lonely(ours: list[Detection], theirs: list[Detection]) -> list[Detection]:

@@ -37,8 +37,7 @@ TOLD_FROM = 0.15
 
 def with_curve(folder: Path, slope: float, offset: float) -> Path:
     path = folder / "detector.onnx"
-    for name in ("detector.onnx", "people.onnx", "people.json"):
-        shutil.copy(data(f"models/{name}"), folder / name)
+    shutil.copytree(data("models"), folder, dirs_exist_ok=True)
     card = json.loads(data("models/detector.json").read_text(encoding="utf-8"))
     card["calibration"] = {kind: [slope, offset] for kind in card["classes"]}
     path.with_suffix(".json").write_text(json.dumps(card), encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Who may be a person, looked at once more: squares and boxes, what the two words weigh, and what the detector makes of it."""
+"""What may be of a class, looked at once more: squares and boxes, what the two words weigh, and what the detector makes of it."""
 
 import json
 import shutil
@@ -126,9 +126,8 @@ def test_the_shipped_one_draws_people_at_least_as_well_as_the_detector_alone(tmp
 
 
 def with_second(folder: Path, content: str) -> Path:
-    """The shipped detector and its second look, with another card of the latter."""
-    for name in ("detector.onnx", "detector.json", "people.onnx"):
-        shutil.copy(data(f"models/{name}"), folder / name)
+    """The shipped detector and its second looks, with another card of the one at people."""
+    shutil.copytree(data("models"), folder, dirs_exist_ok=True)
     (folder / "people.json").write_text(content, encoding="utf-8")
     return folder / "detector.onnx"
 
@@ -139,7 +138,7 @@ def test_a_card_with_other_than_three_weights_is_refused_by_name(tmp_path: Path,
         load_detector(with_second(tmp_path, f'{{"weights": {weights}}}'))
 
 
-def test_the_digest_told_is_of_both_networks(tmp_path: Path) -> None:
+def test_the_digest_told_is_of_all_networks(tmp_path: Path) -> None:
     path = with_second(tmp_path, "{}")
     before = digest(path)
     (tmp_path / "people.onnx").write_bytes(b"another")
@@ -158,3 +157,20 @@ def test_a_network_that_believes_nobody_leaves_nobody(tmp_path: Path) -> None:
     path = with_second(tmp_path, json.dumps({"weights": [0.0, 0.0, -9.0]}))
     assert not [each for each in load_detector(path).detect(pictures[0], closer=True) if each.kind == "pedestrian"]
     assert SIDE_PX == 64
+
+
+@pytest.mark.parametrize("named", ['"people.onnx"', '{"vehicle": "people.onnx"}', "[1]"])
+def test_second_looks_of_no_class_that_has_one_are_refused_by_what_to_write(tmp_path: Path, named: str) -> None:
+    path = with_second(tmp_path, "{}")
+    path.with_suffix(".json").write_text(f'{{"second_look": {named}}}', encoding="utf-8")
+    with pytest.raises(DetectorError, match=r"detector\.json.*second_look.*sign, pedestrian, light"):
+        load_detector(path)
+
+
+def test_signs_are_judged_by_a_network_of_their_own(tmp_path: Path, street: Picture) -> None:
+    path = with_second(tmp_path, data("models/people.json").read_text(encoding="utf-8"))
+    before = load_detector(path).detect(street, closer=True)
+    (tmp_path / "signs.json").write_text(json.dumps({"weights": [0.0, 0.0, -9.0]}), encoding="utf-8")
+    after = load_detector(path).detect(street, closer=True)
+    assert [each for each in before if each.kind != "sign"] == after
+    assert any(each.kind == "sign" for each in before)

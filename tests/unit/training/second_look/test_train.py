@@ -1,18 +1,33 @@
-"""What the second look at people learns from, on small made-up pictures."""
+"""What a second look learns from, on small made-up pictures of people."""
+
+from pathlib import Path
 
 import numpy as np
 import pytest
 import torch
 
 from services.perception.detect import second_look
+from services.perception.detect.detection import Detection
+from services.perception.detect.detector import Picture
 from services.perception.detect.second_look import windows
-from training.dataset.shards import CLASSES
-from training.people.crops import CROP_PX, PERSON, REAL_SHARE, ROOM, Batch, batches, cropped, drawn, joined
-from training.people.net import SIDE_PX, ExportPeople, PeopleNet
-from training.people.train import looked_at, loss_of, weights
+from training.dataset.shards import CLASSES, Shot, coded, shards, write_shard
+from training.second_look.crops import (
+    CROP_PX,
+    REAL_SHARE,
+    ROOM,
+    Batch,
+    batches,
+    collected,
+    cropped,
+    drawn,
+    joined,
+    mark,
+)
+from training.second_look.net import SIDE_PX, ExportLook, LookNet
+from training.second_look.train import looked_at, loss_of, weights
 
 Rows = np.typing.NDArray[np.float32]
-CAR = CLASSES.index("vehicle")
+PERSON = CLASSES.index("pedestrian")
 
 
 def rows(*objects: tuple[float, ...]) -> Rows:
@@ -35,12 +50,12 @@ def test_the_squares_are_of_the_size_that_drives() -> None:
 
 
 def test_a_box_is_of_a_person_of_nobody_or_teaches_neither() -> None:
-    objects = rows(person(50, 40), person(120, 40, visible=0.2), (CAR, 10, 60, 40, 80, 1.0, 20.0, 0.0))
+    objects = rows(person(50, 40), person(120, 40, visible=0.2))
     asked = boxes((51, 41, 63, 71), (51, 30, 63, 50), (10, 60, 22, 80), (120, 40, 132, 70))
     found = cropped(PICTURE, asked, objects)
-    assert found.kinds.tolist() == [1, 0, 0, -1], "a person; a third of them; a car's part; one too hidden to count"
-    np.testing.assert_allclose(found.people[0], (50, 40, 62, 70))
-    assert not found.people[2].any()
+    assert found.kinds.tolist() == [1, 0, 0, -1], "a person; a third of them; another thing; one too hidden to count"
+    np.testing.assert_allclose(found.things[0], (50, 40, 62, 70))
+    assert not found.things[2].any()
     assert found.pictures.shape == (4, CROP_PX, CROP_PX, 3)
 
 
@@ -52,6 +67,27 @@ def test_drawn_boxes_lie_about_the_people_that_count() -> None:
     found = drawn(rows(person(50, 40), person(120, 40, visible=0.2)), np.random.default_rng(1))
     assert 1 <= len(found) <= 2
     assert ((found[:, 0] > 40) & (found[:, 2] < 75)).all()
+
+
+class Everywhere:
+    """A detector that takes one box in every picture for a person."""
+
+    name = "everywhere"
+
+    def detect(self, rgb: Picture, *, closer: bool = False) -> list[Detection]:
+        return [Detection(kind="pedestrian", score=0.5, x0_px=50, y0_px=40, x1_px=62, y1_px=70)]
+
+
+def test_what_chooses_does_not_teach(tmp_path: Path) -> None:
+    shots = [Shot(coded(PICTURE, 90), rows(person(x, 40)), {"camera": "tele", "set": "made up"}) for x in (50, 120)]
+    write_shard(tmp_path / "train-000000.npz", shots)
+    chosen = mark(shots[1].objects, shots[1].note)
+    found = collected(shards(tmp_path, "train"), Everywhere(), "pedestrian", 1, but={chosen})
+    assert found.real.all()
+    assert (found.kinds[found.boxes[:, 0] == 50] == 1).all(), (
+        "the other picture, with a person in that box, was left out"
+    )
+    assert (found.things[:, 0] < 60).all()
 
 
 def one_batch() -> Batch:
@@ -128,11 +164,11 @@ def test_the_words_weigh_what_they_tell() -> None:
 
 def test_what_is_exported_takes_bytes_and_says_the_same() -> None:
     torch.manual_seed(1)
-    net = PeopleNet().eval()
+    net = LookNet().eval()
     pictures = torch.randint(0, 255, (3, SIDE_PX, SIDE_PX, 3), dtype=torch.uint8)
     with torch.no_grad():
         sizes = torch.tensor([[0.2, 0.45], [0.45, 0.3], [0.1, 0.4]])
-        person_odds, sides = ExportPeople(net)(pictures, sizes)
+        person_odds, sides = ExportLook(net)(pictures, sizes)
         plain_odds, plain_sides = net(pictures.permute(0, 3, 1, 2).float(), sizes)
     assert person_odds.shape == (3,)
     assert sides.shape == (3, 4)

@@ -1,6 +1,6 @@
-"""Trains the second look at people and writes `models/people.onnx` with its card `models/people.json`.
+"""Trains the second look at a class: `models/people.onnx`, `models/signs.onnx` or `models/lights.onnx`, with a card beside it.
 
-`python -m training people.train --cache DIR --choose DIR2 --minutes 20` needs training pictures that the detector was not
+`python -m training second_look.train sign --cache DIR --choose DIR2 --minutes 20` needs training pictures that the detector was not
 trained on (`python -m training dataset.shards`), and others, to weigh its word beside the detector's own.
 `python -m training detector.train --only-measure --choose DIR2 ...` then chooses floors and curves anew and measures both together.
 """
@@ -26,27 +26,31 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from drivemcp.paths import data
+from proto.perception import ObjectClass
 from services.perception.detect.centre_point import CentreDetector
 from services.perception.detect.detection import overlaps
 from services.perception.detect.detector import Detector, DetectorOptions
 from services.perception.detect.loading import open_session
 from services.perception.detect.second_look import ASKS_FROM, NOTHING_WEIGHED, SecondLook
 from training.bins import Floats
-from training.dataset.shards import Frames, counted, load_frames, shards
+from training.dataset.shards import CLASSES, Frames, counted, load_frames, shards
 from training.detector.probabilities import THERE, logit
 from training.detector.scores import run
 from training.detector.train import AVERAGE_DECAY, follow, rate_at, say, split, without_paths
-from training.people.crops import LEARNS_FROM, PERSON, ROOM, Batch, Crops, batches, collected
-from training.people.net import SIDE_PX, ExportPeople, PeopleNet
 from training.photographs.sets import SETS, carded
 from training.precision import has_bfloat16
 from training.regression import logistic
+from training.second_look.crops import LEARNS_FROM, ROOM, Batch, Crops, batches, collected, mark
+from training.second_look.net import SIDE_PX, WIDTHS, ExportLook, LookNet, Widths
 
 PEAK_RATE, WARM_STEPS, WEIGHT_DECAY = 2e-3, 200, 2e-2
 BATCH = 128
 EDGES_WEIGHT = 4.0
 """Of the edges' distances in shares of the square, beside one minus their generalised IoU."""
 RIDGE = 1e-2
+GAIN = 0.3
+"""One sigma of the logarithm of how much brighter a crop is made: signs stand in shadow, and in pictures of dusk."""
+FILES: dict[ObjectClass, str] = {"pedestrian": "people.onnx", "sign": "signs.onnx", "light": "lights.onnx"}
 
 
 def looked_at(pictures: NDArray[np.uint8], looks: Tensor, mirrored: Tensor) -> Tensor:
@@ -59,15 +63,15 @@ def looked_at(pictures: NDArray[np.uint8], looks: Tensor, mirrored: Tensor) -> T
     move[:, :, 2] = looks[:, :2] * 2 / ROOM
     places = functional.affine_grid(move, [count, 3, SIDE_PX, SIDE_PX], align_corners=False)
     seen = functional.grid_sample(crops, places, align_corners=False, padding_mode="border")
-    gain = torch.exp(torch.randn(count, 1, 1, 1) * 0.15) * torch.exp(torch.randn(count, 3, 1, 1) * 0.04)
+    gain = torch.exp(torch.randn(count, 1, 1, 1) * GAIN) * torch.exp(torch.randn(count, 3, 1, 1) * 0.04)
     return (seen * gain + torch.randn(count, 1, 1, 1) * 5).clamp(0, 255)
 
 
-def loss_of(person: Tensor, told: Tensor, batch: Batch, sides: Tensor) -> tuple[Tensor, Tensor]:
-    """Cross entropy of who counts as a person or as nobody, and the loss of the edges where they are known."""
+def loss_of(odds: Tensor, told: Tensor, batch: Batch, sides: Tensor) -> tuple[Tensor, Tensor]:
+    """Cross entropy of what counts as of the class or as none, and the loss of the edges where they are known."""
     kinds, known = torch.from_numpy(batch.kinds), torch.from_numpy(batch.known)
     judged = kinds >= 0
-    verdict = functional.binary_cross_entropy_with_logits(person[judged], kinds[judged])
+    verdict = functional.binary_cross_entropy_with_logits(odds[judged], kinds[judged])
     if not bool(known.any()):
         return verdict, told.sum() * 0.0
     off = (told[known] - sides[known]).abs().mean()
@@ -92,10 +96,10 @@ def _mirrored(sides: Tensor, mirrored: Tensor) -> Tensor:
     return torch.where(mirrored[:, None] > 0, other, sides)
 
 
-def train(crops: Crops, minutes: float, seed: int) -> tuple[PeopleNet, int]:
+def train(crops: Crops, widths: Widths, minutes: float, seed: int) -> tuple[LookNet, int]:
     """The averaged network after so many minutes, and its steps."""
     torch.manual_seed(seed)
-    net = PeopleNet()
+    net = LookNet(widths)
     net.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
     average = copy.deepcopy(net)
     optimiser = torch.optim.AdamW(net.parameters(), lr=PEAK_RATE, weight_decay=WEIGHT_DECAY)
@@ -114,13 +118,13 @@ def train(crops: Crops, minutes: float, seed: int) -> tuple[PeopleNet, int]:
     return average.eval(), step
 
 
-def _learn(net: PeopleNet, optimiser: torch.optim.Optimizer, batch: Batch) -> tuple[float, float]:
+def _learn(net: LookNet, optimiser: torch.optim.Optimizer, batch: Batch) -> tuple[float, float]:
     mirrored = (torch.rand(len(batch.kinds)) < 0.5).float()
     with torch.autocast("cpu", torch.bfloat16, enabled=has_bfloat16()):
         seen = looked_at(batch.pictures, torch.from_numpy(batch.looks), mirrored)
-        person, told = net(seen.contiguous(memory_format=torch.channels_last), torch.from_numpy(batch.sizes))
+        odds, told = net(seen.contiguous(memory_format=torch.channels_last), torch.from_numpy(batch.sizes))
     sides = _mirrored(torch.from_numpy(batch.sides), mirrored)
-    verdict, edges = loss_of(person.float(), told.float(), batch, sides)
+    verdict, edges = loss_of(odds.float(), told.float(), batch, sides)
     optimiser.zero_grad(set_to_none=True)
     (verdict + edges).backward()  # type: ignore[no-untyped-call]
     nn.utils.clip_grad_norm_(net.parameters(), 5.0)
@@ -128,26 +132,26 @@ def _learn(net: PeopleNet, optimiser: torch.optim.Optimizer, batch: Batch) -> tu
     return float(verdict.detach()), float(edges.detach())
 
 
-def export(net: PeopleNet, path: Path) -> None:
+def export(net: LookNet, path: Path) -> None:
     """One ONNX file for any number of squares."""
-    dynamic = {name: {0: "count"} for name in ("pictures", "sizes", "person", "sides")}
+    dynamic = {name: {0: "count"} for name in ("pictures", "sizes", "odds", "sides")}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         torch.onnx.export(
-            ExportPeople(net).eval(),
+            ExportLook(net).eval(),
             (torch.zeros(2, SIDE_PX, SIDE_PX, 3, dtype=torch.uint8), torch.full((2, 2), 0.3)),
             str(path),
             dynamo=False,
             input_names=["pictures", "sizes"],
-            output_names=["person", "sides"],
+            output_names=["odds", "sides"],
             dynamic_axes=dynamic,
             opset_version=17,
         )
 
 
-def detector_alone(path: Path, asks_from: float = ASKS_FROM) -> Detector:
-    """The detector without its second look: raw scores of people from `asks_from` on, at first from where the second look asks."""
-    options = DetectorOptions(score_floor=1.1, floors={"pedestrian": asks_from})
+def detector_alone(path: Path, kind: ObjectClass, asks_from: float | None = None) -> Detector:
+    """The detector without second looks: raw scores of a class from `asks_from` on, else from where its second look asks."""
+    options = DetectorOptions(score_floor=1.1, floors={kind: ASKS_FROM[kind] if asks_from is None else asks_from})
     return CentreDetector(open_session(path, 1), {}, options, name=path.stem)
 
 
@@ -159,15 +163,17 @@ def weights(odds: Floats, own: Floats, right: NDArray[np.bool_]) -> tuple[float,
     return new, old, offset
 
 
-def candidates(frames: Frames, detector: Detector, look: SecondLook) -> tuple[Floats, Floats, NDArray[np.bool_]]:
-    """Of all boxes asked about but those on people who count neither way: log-odds told, the detector's own, and whether they are right."""
+def candidates(
+    frames: Frames, detector: Detector, look: SecondLook, kind: ObjectClass
+) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+    """Of boxes asked about, but for those on things that count neither way: log-odds told, the detector's own, whether they are right."""
     odds, own, right = [], [], []
     for found, picture, rows in zip(run(detector, frames), frames.pictures, frames.objects, strict=True):
         if not found:
             continue
         boxes = np.array([each.box_px for each in found], np.float32)
         told, edges = look.told(picture, boxes)
-        mine = rows[rows[:, 0] == PERSON]
+        mine = rows[rows[:, 0] == CLASSES.index(kind)]
         overlap = overlaps(edges, mine[:, 1:5])
         there = overlap[:, counted(mine)].max(axis=1, initial=0.0) >= THERE
         judged = there | (overlap.max(axis=1, initial=0.0) < THERE)
@@ -181,7 +187,7 @@ def weighed(flags: argparse.Namespace, frames: Frames) -> dict[str, Any]:
     """What the two words weigh, by frames that neither network was trained on, and the detector for which they do."""
     look = SecondLook(open_session(flags.out, 1), NOTHING_WEIGHED)
     return {
-        "weights": weights(*candidates(frames, detector_alone(flags.detector), look)),
+        "weights": weights(*candidates(frames, detector_alone(flags.detector, flags.kind), look, flags.kind)),
         "weighed_for": hashlib.sha256(flags.detector.read_bytes()).hexdigest(),
     }
 
@@ -189,19 +195,19 @@ def weighed(flags: argparse.Namespace, frames: Frames) -> dict[str, Any]:
 def _card(flags: argparse.Namespace, out: Path, crops: Crops, steps: int) -> dict[str, Any]:
     return {
         "input": f"uint8 N x {SIDE_PX} x {SIDE_PX} x 3, RGB; N x 2: the box's size as a share of the side",
-        "output": "log-odds of a person (N); edges (N x 4) from the middle as shares of the side",
+        "output": f"log-odds of a {flags.kind} (N); edges (N x 4) from the middle as shares of the side",
         **weighed(flags, load_frames(flags.choose, "train")),
         "crops": {
-            "people": int((crops.kinds == 1).sum()),
-            "nobody": int((crops.kinds == 0).sum()),
-            "of people in photographs": int(((crops.kinds == 1) & crops.real).sum()),
-            "of nobody in photographs": int(((crops.kinds == 0) & crops.real).sum()),
+            "of the class": int((crops.kinds == 1).sum()),
+            "of none": int((crops.kinds == 0).sum()),
+            "of the class in photographs": int(((crops.kinds == 1) & crops.real).sum()),
+            "of none in photographs": int(((crops.kinds == 0) & crops.real).sum()),
         },
         "asked_by": hashlib.sha256(flags.detector.read_bytes()).hexdigest(),
         "steps": steps,
         "minutes": flags.minutes,
         "seed": flags.seed,
-        "command": "python -m training people.train " + shlex.join(without_paths(sys.argv[1:])),
+        "command": "python -m training second_look.train " + shlex.join(without_paths(sys.argv[1:])),
         "torch": torch.__version__,
         "licence": "Apache-2.0; trained on pictures rendered by this project and on the photographs named",
         "photographs": carded(SETS if crops.real.any() else ()),
@@ -212,20 +218,24 @@ def _card(flags: argparse.Namespace, out: Path, crops: Crops, steps: int) -> dic
 
 def main() -> None:
     """Collect, train, export, weigh, and write the card."""
-    parser = argparse.ArgumentParser(prog="python -m training people.train", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m training second_look.train", description=__doc__)
+    parser.add_argument("kind", choices=tuple(FILES), help="the class looked at")
     what = parser.add_mutually_exclusive_group(required=True)
     what.add_argument("--cache", type=Path, help="training shards that the detector never saw")
     what.add_argument(
         "--only-weigh", action="store_true",
         help="weigh the network at --out anew for another detector, by the twentieth of --choose that its training left out",
     )  # fmt: skip
-    parser.add_argument("--choose", type=Path, required=True, help="others, to weigh the two words with")
+    parser.add_argument(
+        "--choose", type=Path, required=True, help="others, to weigh the two words with; left out of --cache"
+    )
     parser.add_argument("--minutes", type=float, default=20.0)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--detector", type=Path, default=data("models/detector.onnx"))
-    parser.add_argument("--out", type=Path, default=Path(__file__).parents[2] / "models" / "people.onnx")
+    parser.add_argument("--out", type=Path, help="models/ and the class's own file without it")
     flags = parser.parse_args()
+    flags.out = flags.out or Path(__file__).parents[2] / "models" / FILES[flags.kind]
     torch.set_num_threads(flags.threads)
     cv2.setNumThreads(1)
     if flags.only_weigh:
@@ -238,9 +248,11 @@ def main() -> None:
 
 
 def _made(flags: argparse.Namespace) -> dict[str, Any]:
-    crops = collected(shards(flags.cache, "train"), detector_alone(flags.detector, LEARNS_FROM), flags.seed)
-    say(f"{len(crops)} crops, {int((crops.kinds == 1).sum())} of people")
-    net, steps = train(crops, flags.minutes, flags.seed)
+    detector, choosing = detector_alone(flags.detector, flags.kind, LEARNS_FROM), load_frames(flags.choose, "train")
+    marks = {mark(rows, note) for rows, note in zip(choosing.objects, choosing.notes, strict=True)}
+    crops = collected(shards(flags.cache, "train"), detector, flags.kind, flags.seed, but=marks)
+    say(f"{len(crops)} crops, {int((crops.kinds == 1).sum())} of the class")
+    net, steps = train(crops, WIDTHS[flags.kind], flags.minutes, flags.seed)
     export(net, flags.out)
     return _card(flags, flags.out, crops, steps)
 

@@ -1,7 +1,7 @@
 """The mean of what two second looks say, in one file: each learnt from another world, and neither forgets.
 
-`python -m training people.mean ONE OTHER` writes `models/people.onnx`, which holds both networks; their cards stand beside them.
-`python -m training people.train --only-weigh ...` then weighs its word. Their weights cannot be averaged: they began apart.
+`python -m training second_look.mean ONE OTHER` writes `models/people.onnx`, which holds both networks; their cards stand beside them.
+`python -m training second_look.train --only-weigh ...` then weighs its word. Their weights cannot be averaged: they began apart.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from onnx import compose, helper
 
 from drivemcp.paths import data
 
-INPUTS, OUTPUTS = ("pictures", "sizes"), ("person", "sides")
+INPUTS, OUTPUTS = ("pictures", "sizes"), ("odds", "sides")
 
 
 def mean(one: onnx.ModelProto, other: onnx.ModelProto) -> onnx.ModelProto:
@@ -55,7 +55,7 @@ def card_of(one: Path, other: Path, out: Path) -> dict[str, Any]:
 
 def main() -> None:
     """Join two networks."""
-    parser = argparse.ArgumentParser(prog="python -m training people.mean")
+    parser = argparse.ArgumentParser(prog="python -m training second_look.mean")
     parser.add_argument("one", type=Path)
     parser.add_argument("other", type=Path)
     parser.add_argument("--out", type=Path, default=data("models/people.onnx"))

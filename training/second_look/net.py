@@ -1,4 +1,4 @@
-"""The network of the second look at people: a small picture of who may be one, to how sure that is and where their edges are."""
+"""The network of a second look: a small picture of what may be of a class, to how sure that is and where its edges are."""
 
 from __future__ import annotations
 
@@ -7,20 +7,28 @@ import copy
 import torch
 from torch import Tensor, nn
 
+from proto.perception import ObjectClass
 from training.detector.net import PIXEL_SCALE, ConvBlock, Residual
 
 SIDE_PX = 64
 HIDDEN = 64
+Widths = tuple[int, int, int, int]
+WIDTHS: dict[ObjectClass, Widths] = {
+    "pedestrian": (24, 32, 64, 96),
+    "sign": (16, 24, 48, 64),
+    "light": (16, 24, 48, 64),
+}
+"""Channels at strides 2, 4, 8 and 16: people differ more, and fewer boxes may be one."""
 SHAPE_SCALE, MOVE_SCALE = 4.0, 0.25
 """They bring the box's size and the edges' moves, in shares of the square, to the order of one."""
 
 
-class PeopleNet(nn.Module):
-    """RGB (N, 3, 64, 64) in 0..255 and the size (N, 2) of the box asked about, in shares of the square, to log-odds that it is a
-    person's (N) and the person's edges (N, 4) from the middle, in shares of the square. At first those are the box's own.
+class LookNet(nn.Module):
+    """RGB (N, 3, 64, 64) in 0..255 and the size (N, 2) of the box asked about, in shares of the square, to log-odds that it is of
+    the class (N) and the thing's edges (N, 4) from the middle, in shares of the square. At first those are the box's own.
     """
 
-    def __init__(self, widths: tuple[int, int, int, int] = (24, 32, 64, 96)) -> None:
+    def __init__(self, widths: Widths = WIDTHS["sign"]) -> None:
         super().__init__()
         w2, w4, w8, w16 = widths
         self.features = nn.Sequential(
@@ -37,7 +45,7 @@ class PeopleNet(nn.Module):
             nn.ReLU(inplace=True),
         )
         self.mixed = nn.Sequential(nn.Linear(HIDDEN + 2, HIDDEN), nn.ReLU(inplace=True))
-        self.person = nn.Linear(HIDDEN, 1)
+        self.odds = nn.Linear(HIDDEN, 1)
         self.moves = nn.Linear(HIDDEN, 4)
         nn.init.zeros_(self.moves.weight)
         nn.init.zeros_(self.moves.bias)
@@ -50,13 +58,13 @@ class PeopleNet(nn.Module):
         """As `forward`, of pixels that are scaled already (or a first layer that does it)."""
         seen = self.mixed(torch.cat([self.features(pictures), sizes * SHAPE_SCALE], dim=1))
         own = torch.cat([-sizes / 2, sizes / 2], dim=1)
-        return self.person(seen)[:, 0], own + self.moves(seen) * MOVE_SCALE
+        return self.odds(seen)[:, 0], own + self.moves(seen) * MOVE_SCALE
 
 
-class ExportPeople(nn.Module):
-    """`PeopleNet` as it runs in the car: uint8 (N, 64, 64, 3) in."""
+class ExportLook(nn.Module):
+    """`LookNet` as it runs in the car: uint8 (N, 64, 64, 3) in."""
 
-    def __init__(self, net: PeopleNet) -> None:
+    def __init__(self, net: LookNet) -> None:
         super().__init__()
         self.net = copy.deepcopy(net).eval()
         first = self.net.features[0]
@@ -66,5 +74,5 @@ class ExportPeople(nn.Module):
 
     def forward(self, pictures: Tensor, sizes: Tensor) -> tuple[Tensor, Tensor]:
         """Log-odds (N) and edges (N, 4)."""
-        person, sides = self.net.forward_scaled(pictures.permute(0, 3, 1, 2).float(), sizes)
-        return person, sides
+        odds, sides = self.net.forward_scaled(pictures.permute(0, 3, 1, 2).float(), sizes)
+        return odds, sides

@@ -7,9 +7,9 @@ import onnx
 import torch
 
 from services.perception.detect.loading import open_session
-from training.people.mean import mean
-from training.people.net import SIDE_PX, PeopleNet
-from training.people.train import export
+from training.second_look.mean import mean
+from training.second_look.net import SIDE_PX, LookNet
+from training.second_look.train import export
 
 
 def test_two_looks_in_one_file_say_the_mean_of_both(tmp_path: Path) -> None:
@@ -21,10 +21,10 @@ def test_two_looks_in_one_file_say_the_mean_of_both(tmp_path: Path) -> None:
     said = []
     for seed in (1, 2):
         torch.manual_seed(seed)
-        export(PeopleNet().eval(), tmp_path / f"{seed}.onnx")
-        said.append(open_session(tmp_path / f"{seed}.onnx", 1).run(["person", "sides"], asked))
+        export(LookNet().eval(), tmp_path / f"{seed}.onnx")
+        said.append(open_session(tmp_path / f"{seed}.onnx", 1).run(["odds", "sides"], asked))
     onnx.save(mean(onnx.load(tmp_path / "1.onnx"), onnx.load(tmp_path / "2.onnx")), tmp_path / "both.onnx")
-    both = open_session(tmp_path / "both.onnx", 1).run(["person", "sides"], asked)
+    both = open_session(tmp_path / "both.onnx", 1).run(["odds", "sides"], asked)
     for told, one, other in zip(both, *said, strict=True):
         np.testing.assert_allclose(told, (one + other) / 2, atol=1e-4)
     assert abs(said[0][0] - said[1][0]).max() > 1e-3

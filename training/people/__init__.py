@@ -1,1 +1,0 @@
-"""The second look at people: crops, network, training."""

@@ -1,0 +1,1 @@
+"""The second look at the boxes of a class: crops, network, training."""
