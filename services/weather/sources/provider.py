@@ -1,5 +1,7 @@
 """What a weather service on the internet is: where to ask, and how its answer becomes an observation. Pure."""
 
+import contextlib
+import json
 import logging
 import math
 from codecs import BOM_UTF8
@@ -77,11 +79,13 @@ def share(percent: float | None) -> Interval | None:
 
 
 def json_of(body: bytes) -> Any:
-    """The JSON value of an answer. Raises UnusableAnswer."""
+    """The JSON value of an answer, also with the bare NaN that some programs write. Raises UnusableAnswer."""
     text = body.removeprefix(BOM_UTF8).strip()
     try:
         return msgspec.json.decode(text)
     except MALFORMED as error:
+        with contextlib.suppress(ValueError, RecursionError):
+            return json.loads(text)
         kind = (
             "it is empty"
             if not text

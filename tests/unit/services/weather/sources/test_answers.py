@@ -41,6 +41,16 @@ def test_open_meteo_tells_the_hour_that_runs() -> None:
     assert clean(told) == told, "within the limits of a sane source"
 
 
+@pytest.mark.parametrize("word", ["NaN", "Infinity", "-Infinity", "1e999", "null"])
+def test_one_number_that_is_none_leaves_the_others_known(word: str) -> None:
+    told = open_meteo.read(open_meteo_body().replace(b"8000.0", word.encode()), NOW_NS)
+    assert told.visibility_m is None
+    assert told.air_c == pytest.approx((0.4, 4.4))
+    told = met_norway.read(met_norway_body(air_c=12.25).replace(b"12.25", word.encode()), NOW_NS)
+    assert told.air_c is None
+    assert told.humidity is not None
+
+
 @pytest.mark.parametrize(
     ("report", "field", "expected"),
     [
