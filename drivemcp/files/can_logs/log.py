@@ -109,7 +109,12 @@ class CanLog:
     @property
     def nothing(self) -> str:
         """Why there is no frame to replay, once the log was read to its end."""
-        empty = "it has nothing but a header" if self.path.stat().st_size else "it is empty"
+        bare = (
+            "it holds no CAN frames; of decoded signals none is made"
+            if suffix_of(self.path) == ".mf4"
+            else "it has nothing but a header"
+        )
+        empty = bare if self.path.stat().st_size else "it is empty"
         return "; ".join(filter(None, (foreign(self.path), self.summary))) or empty
 
     def _wanted(self, channel: str) -> bool:
@@ -240,10 +245,12 @@ def _complaint(message: can.Message) -> str:
 
 
 def _broken(path: Path) -> tuple[type[Exception], ...]:
-    """What reading this file raises; asammdf, which is loaded only where it reads, has an error of its own."""
+    """What reading this file raises; asammdf, which is loaded only where it reads, has an error of its own, and stumbles over a
+    file that was not finalised as over a variable that it never set.
+    """
     if path.suffix.lower() != ".mf4":
         return BROKEN
-    return (*BROKEN, import_module("asammdf.blocks.utils").MdfException)
+    return (*BROKEN, NameError, AttributeError, AssertionError, import_module("asammdf.blocks.utils").MdfException)
 
 
 def _cut(reader: Any, path: Path) -> str:

@@ -42,7 +42,9 @@ _TRC_STATE = re.compile(r"\s*\d+\)?\s+[\d.,]+\s.*\b(?:Warng|Error|ST|ER|EC|EV|FF
 _TRC_LENGTH = re.compile(r"(\s)(?:9|1[0-5])(\s+(?:[0-9A-F]{2}\s+){7}[0-9A-F]{2}\s*)$", re.I)
 _FOREIGN = (
     ("LOGG", "a .blf log under another ending: rename it"),
-    ("MDF ", "an .mf4 log under another ending: rename it"),
+    ("MDF     3", "a measurement of MDF 3: asammdf converts it to MDF 4"),
+    ("MDF     4", "an .mf4 log under another ending: rename it"),
+    ("UnFinMF", "an .mf4 log that was not finalised: finalise it, as asammdf does where it opens and saves it"),
     ("\x1f\x8b", "packed by gzip: add .gz to its name"),
     ("version https://git-lfs", "a pointer of Git LFS and not the log: git lfs pull"),
     ("***BUSMASTER", "a log of BUSMASTER: export it as .asc"),
@@ -61,7 +63,7 @@ _ITS_OWN = {
     ".trc": ";$FILEVERSION",
     ".csv": _CSV_HEADER,
     ".blf": "LOGG",
-    ".mf4": "MDF ",
+    ".mf4": "MDF     4",
 }
 _WANTED = {
     ".asc": "an event of an .asc log",
