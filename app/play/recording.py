@@ -13,7 +13,7 @@ from drivemcp.files.can_logs.log import CanLog
 from drivemcp.files.models import find_model
 from services.player.can_log import SpeedSignal, log_beside, open_log, profile_of, speed_signal
 from services.player.drive_log import log_files
-from services.player.pictures import check_webcam, webcam_number
+from services.player.pictures import check_webcam, passed_over, webcam_number
 from services.player.position_track import not_read, read_track, track_beside
 from services.player.recording import Options, Recording
 from services.player.source import open_recording
@@ -39,6 +39,8 @@ def play(flags: argparse.Namespace) -> int:
         flags.without = [*flags.without, *(name for name in DECIDING if name not in flags.without)]
     if log is None and ((recording is not None and recording.ego) or track is not None):
         flags.without = [*flags.without, *({"can"} - set(flags.without))]
+    if recording is not None and (left := passed_over(Path(source))):
+        sys.stderr.write(f"{left}\n")
     sys.stderr.write(f"ego speed: {_speed_from(recording, log, speed, track)}\n")
     settings = {
         "source": source, "seconds": flags.seconds, "picture_period_s": flags.period, "fov_deg": flags.fov,

@@ -15,17 +15,48 @@ from drivemcp.files.foreign import foreign
 from services.player.recording import Options, Picture, Recording, camera_messages, read_picture, shrink
 
 _NUMBERS = re.compile(r"([0-9]+)")
-PICTURES = (".jpg", ".jpeg", ".png", ".bmp", ".webp")
+PICTURES = (".jpg", ".jpeg", ".png", ".bmp", ".webp", ".avif", ".tif", ".tiff", ".jp2", ".ppm")
+UNREAD_PICTURES = (".heic", ".heif", ".jxl", ".gif", ".dng", ".cr2", ".nef", ".arw", ".raw")
+"""OpenCV reads none of them, or the first picture alone."""
+VIDEOS = (
+    ".mp4",
+    ".mov",
+    ".avi",
+    ".mkv",
+    ".ts",
+    ".m4v",
+    ".webm",
+    ".mpg",
+    ".mts",
+    ".3gp",
+    ".insv",
+    ".360",
+    ".h264",
+    ".wmv",
+)
 
 
 def open_folder(path: Path, options: Options) -> Recording:
     """Pictures in the order of the numbers in their names. Raises UserError where there are none."""
     files = ordered(files_of(path, PICTURES))
     if not files:
-        raise UserError(f"{path} holds no pictures ({', '.join(PICTURES)}), no frame.json and no log")
+        videos = files_of(path, VIDEOS)
+        told = passed_over(path) or (f"it holds {len(videos)} videos; name one, as {videos[0].name}" if videos else "")
+        raise UserError(
+            f"{path} holds no pictures ({', '.join(PICTURES)}), no frame.json and no log{'; ' if told else ''}{told}"
+        )
     period_s = options.picture_period_s
     pictures = (Picture(shrink(read_picture(file)), number * period_s) for number, file in enumerate(files))
     return Recording(path.name, len(files), len(files) * period_s, camera_messages(pictures, options))
+
+
+def passed_over(path: Path) -> str:
+    """Which pictures of a folder are not read, and what to do; empty where all are, or where it is no folder."""
+    others = files_of(path, UNREAD_PICTURES) if path.is_dir() else []
+    if not others:
+        return ""
+    endings = ", ".join(sorted({each.suffix.lower() for each in others}))
+    return f"{len(others)} pictures ({endings}) are not read, first {others[0].name}: convert them to .jpg or .png"
 
 
 def ordered(files: Iterable[Path]) -> list[Path]:

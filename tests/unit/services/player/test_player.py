@@ -1,5 +1,6 @@
 """Recordings through the sensor topics."""
 
+import re
 from itertools import accumulate, pairwise
 from pathlib import Path
 
@@ -13,7 +14,7 @@ from drivemcp.errors import UserError
 from drivemcp.testing import bus
 from proto import topics
 from proto.sensors import CameraFrame
-from services.player.pictures import live_pictures, ordered, thinned, webcam_number
+from services.player.pictures import PICTURES, live_pictures, ordered, passed_over, thinned, webcam_number
 from services.player.recording import Options
 from services.player.service import SERVICE, PlayerConfig
 from services.player.source import open_recording
@@ -55,6 +56,37 @@ def test_a_folder_of_pictures_is_published_in_order_with_a_calibration_and_an_en
         assert not ended.problem
         assert calibrations.wait().width_px == 160
         assert calibrations.wait().assumed, "nobody measured this camera"
+
+
+@pytest.mark.parametrize("ending", PICTURES)
+def test_each_kind_of_picture_that_is_named_is_read(ending: str, tmp_path: Path) -> None:
+    path = tmp_path / f"0{ending.upper()}"
+    path.write_bytes(cv2.imencode(ending, np.full((90, 160, 3), 120, np.uint8))[1].tobytes())
+    recording = open_recording(str(tmp_path), Options())
+    frame = next(each.message for each in recording.messages if isinstance(each.message, CameraFrame))
+    grey = cv2.imdecode(np.frombuffer(frame.jpeg, np.uint8), cv2.IMREAD_GRAYSCALE)
+    assert grey is not None
+    assert np.mean(grey) == pytest.approx(120, abs=3)
+
+
+def test_pictures_that_are_not_read_are_named_with_what_to_do(
+    folder: Path, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    assert passed_over(folder) == ""
+    phone = tmp_path_factory.mktemp("phone")
+    for place in (folder, phone):
+        for name in ("IMG_1.HEIC", "IMG_2.heic", "IMG_3.dng", "._IMG_1.HEIC"):
+            (place / name).write_bytes(b"x")
+    told = r"3 pictures \(.dng, .heic\) are not read, first IMG_1.HEIC: convert them to .jpg or .png"
+    assert re.fullmatch(told, passed_over(folder))
+    assert len(list(open_recording(str(folder), Options()).messages)) > 0
+    with pytest.raises(UserError, match=told):
+        open_recording(str(phone), Options())
+
+
+def test_of_a_folder_of_videos_one_has_to_be_named(video: Path) -> None:
+    with pytest.raises(UserError, match=r"it holds 1 videos; name one, as clip\.mp4"):
+        open_recording(str(video.parent), Options())
 
 
 def test_a_recording_that_breaks_off_says_why(folder: Path) -> None:
