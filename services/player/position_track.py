@@ -3,18 +3,12 @@
 import contextlib
 import csv
 import math
-import re
 from collections.abc import Callable, Iterator, Mapping
-from datetime import UTC, date, datetime, time
 from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
-from typing import NamedTuple
-from xml.etree.ElementTree import Element
 
-import gpxpy
 import gpxpy.gpx
-import pynmea2
 
 from drivemcp.errors import UserError
 from drivemcp.files.encodings import encoding_of
@@ -22,9 +16,10 @@ from drivemcp.files.folders import files_beside
 from proto import topics
 from proto.sensors import GnssFix
 from proto.vehicle import Ego
-from services.player.can_log import SPEED_UNITS
 from services.player.embedded_track import SUFFIXES, embedded_rows
 from services.player.recording import TimedMessage
+from services.player.tracks import gpx, nmea, table
+from services.player.tracks.fix import Fix, Left
 
 RATE_HZ = 10.0
 MOST_GAP_S = 5.0
@@ -36,33 +31,8 @@ MOST_MPS = 100.0
 """A faster fix is a receiver's jump."""
 
 
-class Fix(NamedTuple):
-    """One fix: seconds since the track's first, degrees (WGS 84), and what the receiver says of the motion."""
-
-    at_s: float
-    latitude_deg: float
-    longitude_deg: float
-    speed_mps: float | None = None
-    course_deg: float | None = None
-    """Clockwise from north."""
-
-
 class NoTrackError(UserError):
     """A table of something else."""
-
-
-class Left:
-    """What of a file was not read: by kind how often, and the first of it."""
-
-    def __init__(self) -> None:
-        self._kinds: dict[str, list[str]] = {}
-
-    def add(self, kind: str, where: str) -> None:
-        """Count one more."""
-        self._kinds.setdefault(kind, []).append(where)
-
-    def __str__(self) -> str:
-        return "; ".join(f"{len(found)} not read, first {found[0]}: {kind}" for kind, found in self._kinds.items())
 
 
 def track_beside(source: Path) -> Path | None:
@@ -115,7 +85,8 @@ def _read_once(path: Path, written_ns: int, size: int) -> tuple[tuple[Fix, ...],
     left = Left()
     if reader is None and not inside:
         raise UserError(
-            f"{path}: a position track is one of {', '.join(READERS)}, or a video with positions ({', '.join(SUFFIXES)})"
+            f"{path}: a position track is one of {', '.join(READERS)}, or a video with positions ({', '.join(SUFFIXES)}); "
+            "GPSBabel turns other kinds, as .kml, .fit and .tcx, into .gpx"
         )
     try:
         found = [Fix(*row) for row in embedded_rows(path)] if reader is None else list(reader(_text(path), left))
@@ -127,7 +98,7 @@ def _read_once(path: Path, written_ns: int, size: int) -> tuple[tuple[Fix, ...],
         ) from None
     except (csv.Error, ValueError, OverflowError) as error:
         raise UserError(f"{path}: {' '.join(str(error).split())[:200]}") from None
-    except _OtherTableError as error:
+    except table.OtherTableError as error:
         raise NoTrackError(f"{path}: {error}") from None
     timed = sorted((fix for fix in found if math.isfinite(fix.at_s)), key=lambda fix: fix.at_s)
     good = [fix for fix in timed if _is_place(fix, left)]
@@ -154,179 +125,9 @@ def _is_place(fix: Fix, left: Left) -> bool:
     return True
 
 
-# -- formats -------------------------------------------------------------------------------------------------------------
-
-
-def _gpx(text: str, left: Left) -> Iterator[Fix]:
-    file = gpxpy.parse(re.sub(r"^\s*<\?xml.*?\?>", "", text))
-    points = (point for track in file.tracks for part in track.segments for point in part.points)
-    number = 0
-    for number, point in enumerate(points, 1):
-        if point.time is None:
-            left.add("it has no time", f"point {number}")
-            continue
-        told = [
-            *(child.text for child in _children(point) if child.tag.rpartition("}")[2] == "speed"),
-            str(point.speed),
-        ]
-        speed = next((value for each in told if (value := _number(each)) is not None), None)
-        yield Fix(point.time.timestamp(), point.latitude, point.longitude, speed, point.course)
-    if not number:
-        for kind, others in (
-            ("route point", [each for route in file.routes for each in route.points]),
-            ("waypoint", file.waypoints),
-        ):
-            for each in range(1, len(others) + 1):
-                left.add("it is of no track", f"{kind} {each}")
-
-
-def _children(point: gpxpy.gpx.GPXTrackPoint) -> Iterator[Element]:
-    for extension in point.extensions:
-        yield from extension.iter()
-
-
-RECEIVERS_START = 2000
-"""A receiver that has no time yet writes an earlier year."""
-
-
-def _nmea(text: str, left: Left) -> Iterator[Fix]:
-    """RMC sentences that the receiver calls valid; sentences of another kind are not missed where there are some."""
-    others: list[str] = []
-    known = False
-    for number, line in enumerate(text.splitlines(), 1):
-        if not line.strip():
-            continue
-        try:
-            said = pynmea2.parse(line[line.find("$") :] if "$" in line else line)
-        except pynmea2.ParseError:
-            left.add("no NMEA sentence, or its checksum is wrong", f"line {number}")
-            continue
-        if not isinstance(said, pynmea2.types.talker.RMC):
-            others.append(f"line {number}")
-            continue
-        known = True
-        if said.status != "A" or not said.lat or not said.lon:
-            left.add("the receiver had no fix", f"line {number}")
-            continue
-        day, clock = said.datestamp, said.timestamp  # left as text where they do not parse
-        if not isinstance(day, date) or not isinstance(clock, time) or day.year < RECEIVERS_START:
-            left.add("it has no date or time", f"line {number}")
-            continue
-        at = datetime.combine(day, clock.replace(tzinfo=UTC))
-        knots, course = _number(said.data[6]), _number(said.data[7])
-        speed = knots * SPEED_UNITS["kn"] if knots is not None else None
-        yield Fix(at.timestamp(), said.latitude, said.longitude, speed, course)
-    for where in others if not known else ():
-        left.add("no RMC, which alone tells date, place and speed; have the receiver write RMC", where)
-
-
-_AND_UNIT = r"[ _]*[(\[]?(?:utc|gmt|(?P<unit>s|sec|seconds|ms|msec|milliseconds?|us|µs|microseconds?|ns))?[)\]]?"
-COLUMNS: Mapping[str, str] = {
-    "time": rf"(?:gps|unix)?[ _]?(?:time|timestamp|t|seconds|elapsed[a-z _]*?|utc|date.?time|zeit|zeitstempel){_AND_UNIT}",
-    "latitude": r"(?:gps[ _]?)?lat|(?:gps[ _]?)?latitude.*|lat[ _]?\(?deg.*|breite(?:ngrad)?.*",
-    "longitude": r"(?:gps[ _]?)?(?:lon|lng|long)|(?:gps[ _]?)?longitude.*|lon[ _]?\(?deg.*|l(?:ä|ae)nge(?:ngrad)?.*",
-    "course": r"course.*|heading.*|bearing.*|track(?:[ _(\[]*(?:deg|angle|made|true).*)?|kurs.*|richtung.*",
-    "date": r"date|datum|utc[ _]?date|gps[ _]?date",
-    "north or south": r"n[/_ ]?s.*|lat(?:itude)?[ _]?(?:dir|hemi|ref|n[/_ ]?s).*",
-    "east or west": r"e[/_ ]?w.*|lon(?:g|gitude)?[ _]?(?:dir|hemi|ref|e[/_ ]?w).*",
-}
-BESIDE = re.compile("accuracy|error|limit|sigma|std|genauigkeit")
-"""What a column says beside a quantity."""
-NEGATIVE = ("s", "w")
-TIME_UNITS = {
-    **dict.fromkeys(("ms", "msec", "millisecond", "milliseconds"), 1e3),
-    **dict.fromkeys(("us", "µs", "microsecond", "microseconds"), 1e6),
-    "ns": 1e9,
-}
-
-
-class _OtherTableError(Exception):
-    """A table without the columns of a track."""
-
-
-def _csv(text: str, left: Left) -> Iterator[Fix]:
-    """Columns by the names in the first line that is no remark. Raises ValueError naming the column."""
-    lines = text.splitlines()
-    first = next((at for at, line in enumerate(lines) if line.strip() and not re.match(r"\s*(#|sep=)", line)), 0)
-    delimiter = max(",;\t", key=lines[first].count) if lines else ","
-    rows = csv.DictReader(lines[first:], delimiter=delimiter)
-    names = [name for name in rows.fieldnames or () if name]
-    columns = {what: _column(names, pattern) for what, pattern in COLUMNS.items()}
-    for place, side in (("latitude", "north or south"), ("longitude", "east or west")):
-        if columns[place] == columns[side]:  # `latitude_ref` before `latitude`
-            columns[place] = _column([name for name in names if name != columns[side]], COLUMNS[place])
-    missing = [what for what in ("time", "latitude", "longitude") if not columns[what]]
-    if missing:
-        raise _OtherTableError(f"no column {' nor '.join(missing)} among {', '.join(names)}")
-    unit = re.fullmatch(COLUMNS["time"], columns["time"].strip().lower())
-    speed, factor = _speed_column(names)
-    for row in rows:
-        where = f"line {first + rows.line_num}"
-        said = {what: (row.get(name) or "").strip() for what, name in columns.items()}
-        if not any((each or "").strip() for each in row.values() if not isinstance(each, list)):
-            continue
-        at_s = _time(" ".join(filter(None, (said["date"], said["time"]))), unit["unit"] if unit else "", delimiter)
-        if at_s is None:
-            left.add("neither seconds nor an ISO 8601 time", f"{where}: time {said['time']!r}")
-            continue
-        latitude, longitude = (_number(said[what], delimiter) for what in ("latitude", "longitude"))
-        if latitude is None or longitude is None:
-            where = f"{where}: {columns['latitude']} {said['latitude']!r}, {columns['longitude']} {said['longitude']!r}"
-            left.add("no degrees as numbers", where)
-            continue
-        latitude = -abs(latitude) if said["north or south"].lower().startswith(NEGATIVE) else latitude
-        longitude = -abs(longitude) if said["east or west"].lower().startswith(NEGATIVE) else longitude
-        told, course = _number(row.get(speed), delimiter), _number(said["course"], delimiter)
-        yield Fix(at_s, latitude, longitude, told * factor if told is not None else None, course)
-
-
-def _column(names: list[str], pattern: str) -> str:
-    known = (name for name in names if re.fullmatch(pattern, name.strip().lower()))
-    return next((name for name in known if not BESIDE.search(name.lower())), "")
-
-
-def _speed_column(names: list[str]) -> tuple[str, float]:
-    """The column of the speed and what turns it into m/s; none: no name."""
-    unknown = ""
-    for name in names:
-        found = re.match(r"(?:gps|ground)?[ _]?(?:speed|velocity|geschwindigkeit)(?P<unit>.*)", name.strip().lower())
-        if found and not BESIDE.search(name.lower()):
-            unit = re.sub(r"over[ _]ground|[ _()\[\]]", "", found["unit"])
-            if unit in SPEED_UNITS:
-                return name, SPEED_UNITS[unit]
-            unknown = unknown or name
-    if unknown:
-        raise ValueError(f"column {unknown!r}: name its unit, as in speed_kmh ({', '.join(SPEED_UNITS)})")
-    return "", 1.0
-
-
-def _number(text: str | None, delimiter: str = "") -> float | None:
-    """A finite number; where no comma stands between numbers it may be the decimal one."""
-    text = text or "nan"
-    try:
-        value = float(text.replace(",", ".") if delimiter and delimiter != "," else text)
-    except ValueError:
-        return None
-    return value if math.isfinite(value) else None
-
-
-SINCE_1970 = ((1e17, 1e9), (1e14, 1e6), (1e11, 1e3))
-"""Nano-, micro- and milliseconds since 1970 by their magnitude."""
-
-
-def _time(text: str, unit: str | None, delimiter: str) -> float | None:
-    number = _number(text, delimiter)
-    if number is not None:
-        scale = next((scale for least, scale in SINCE_1970 if number > least), 1.0)
-        return number / TIME_UNITS.get(unit or "", scale)
-    try:
-        at = datetime.fromisoformat(re.sub(r"\s*UTC$", "+00:00", text.strip()))
-    except ValueError:
-        return None
-    return (at if at.tzinfo is not None else at.replace(tzinfo=UTC)).timestamp()
-
-
-READERS: Mapping[str, Callable[[str, Left], Iterator[Fix]]] = {".gpx": _gpx, ".nmea": _nmea, ".csv": _csv}
+READERS: Mapping[str, Callable[[str, Left], Iterator[Fix]]] = {
+    ".gpx": gpx.fixes, ".nmea": nmea.fixes, ".csv": table.fixes,
+}  # fmt: skip
 
 
 # -- motion --------------------------------------------------------------------------------------------------------------

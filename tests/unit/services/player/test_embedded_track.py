@@ -14,7 +14,8 @@ from hypothesis import strategies as st
 
 from drivemcp.errors import UserError
 from services.player.embedded_track import SUFFIXES, embedded_rows, rows_of
-from services.player.position_track import Fix, read_track, track_beside
+from services.player.position_track import read_track, track_beside
+from services.player.tracks.fix import Fix
 
 needs_package = pytest.mark.skipif(importlib.util.find_spec("telemetry_parser") is None, reason="no telemetry-parser")
 

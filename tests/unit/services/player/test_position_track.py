@@ -14,8 +14,9 @@ from drivemcp.testing import bus
 from proto import topics
 from proto.sensors import GnssFix
 from proto.vehicle import Ego
-from services.player.position_track import Fix, metres, not_read, read_track, track_beside, track_messages
+from services.player.position_track import metres, not_read, read_track, track_beside, track_messages
 from services.player.service import SERVICE, PlayerConfig
+from services.player.tracks.fix import Fix
 
 GPX = """<?xml version="1.0"?>
 <gpx version="1.1" creator="test" xmlns="http://www.topografix.com/GPX/1/1"><trk><trkseg>
@@ -217,7 +218,7 @@ def test_what_is_not_read_of_a_track_is_counted_with_its_place(name: str, tmp_pa
 @pytest.mark.parametrize(
     ("name", "text", "said"),
     [
-        ("a.nmea", sentence("GPGGA,100000.00,4806.000,N,01130.000,E,1,08,0.9,520.0,M,46.9,M,,"), "have the receiver write RMC"),
+        ("a.nmea", sentence("GPVTG,90.0,T,,M,19.44,N,36.0,K"), "have the receiver write RMC"),
         ("a.gpx", ROUTE, "first route point 1: it is of no track"),
         ("a.gpx", GPX[:250], "cut or damaged"),
         ("a.csv", "time,lat,lon,speed\n0,48.1,11.5,50\n", "name its unit"),

@@ -1,0 +1,1 @@
+"""Readers of position tracks, one for each format."""

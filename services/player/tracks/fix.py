@@ -1,0 +1,57 @@
+"""One fix of a position track, and what of a track was not read."""
+
+import math
+from typing import NamedTuple
+
+DAY_S = 86_400.0
+
+
+class Fix(NamedTuple):
+    """One fix: seconds since the track's first, degrees (WGS 84), and what the receiver says of the motion."""
+
+    at_s: float
+    latitude_deg: float
+    longitude_deg: float
+    speed_mps: float | None = None
+    course_deg: float | None = None
+    """Clockwise from north."""
+
+
+class Left:
+    """What of a file was not read: by kind how often, and the first of it."""
+
+    def __init__(self) -> None:
+        self._kinds: dict[str, list[str]] = {}
+
+    def add(self, kind: str, where: str) -> None:
+        """Count one more."""
+        self._kinds.setdefault(kind, []).append(where)
+
+    def __str__(self) -> str:
+        return "; ".join(f"{len(found)} not read, first {found[0]}: {kind}" for kind, found in self._kinds.items())
+
+
+def number(text: str | None, delimiter: str = "") -> float | None:
+    """A finite number; where no comma stands between numbers it may be the decimal one."""
+    text = text or "nan"
+    try:
+        value = float(text.replace(",", ".") if delimiter and delimiter != "," else text)
+    except ValueError:
+        return None
+    return value if math.isfinite(value) else None
+
+
+class Clock:
+    """Times of day as one clock: what falls back by more than half a day is the next day's."""
+
+    def __init__(self) -> None:
+        self._last_s, self._midnights_s = 0.0, 0.0
+
+    def after(self, second_of_day: float) -> float:
+        """Seconds since the first midnight."""
+        at_s = self._midnights_s + second_of_day
+        if at_s < self._last_s - DAY_S / 2:
+            self._midnights_s += DAY_S
+            at_s += DAY_S
+        self._last_s = at_s
+        return at_s

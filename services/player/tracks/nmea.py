@@ -1,0 +1,86 @@
+"""Tracks in NMEA 0183, read by pynmea2."""
+
+from collections.abc import Iterator
+from datetime import UTC, date, datetime, time
+from typing import Any
+
+import pynmea2
+
+from domain.units import MPS_PER_KNOT
+from services.player.tracks.fix import Clock, Fix, Left, number
+
+RECEIVERS_START = 2000
+"""A receiver that has no time yet writes an earlier year."""
+POSITIONS = ("GGA", "GNS", "GLL")
+"""Without RMC the first of these kinds that a file has: they tell time of day and place."""
+NO_FIX = ("", "0", "N", "V", "NN", "NNN", "NNNN")
+
+
+def fixes(text: str, left: Left) -> Iterator[Fix]:
+    """RMC sentences that the receiver calls valid; without any, positions with a time of day."""
+    said = list(_sentences(text, left))
+    moving = [(where, each) for where, each in said if each.sentence_type == "RMC"]
+    if moving:
+        yield from _moving(moving, left)
+        return
+    kind = next((kind for kind in POSITIONS if any(each.sentence_type == kind for _, each in said)), "")
+    if kind:
+        yield from _standing([(where, each) for where, each in said if each.sentence_type == kind], left)
+        return
+    for where, _ in said:
+        left.add("no RMC, GGA, GNS or GLL, which tell time and place; have the receiver write RMC", where)
+
+
+def _sentences(text: str, left: Left) -> Iterator[tuple[str, Any]]:
+    """Each sentence of a receiver with its line."""
+    for count, line in enumerate(text.splitlines(), 1):
+        if not line.strip():
+            continue
+        try:
+            said = pynmea2.parse(line[line.find("$") :] if "$" in line else line)
+        except (pynmea2.ParseError, ValueError):
+            left.add("no NMEA sentence, or its checksum is wrong", f"line {count}")
+            continue
+        if isinstance(said, pynmea2.TalkerSentence):
+            yield f"line {count}", said
+
+
+def _moving(said: list[tuple[str, Any]], left: Left) -> Iterator[Fix]:
+    for where, each in said:
+        place = _place(each) if each.status == "A" else None
+        if place is None:
+            left.add("the receiver had no fix", where)
+            continue
+        day, clock = each.datestamp, each.timestamp  # left as text where they do not parse
+        if not isinstance(day, date) or not isinstance(clock, time) or day.year < RECEIVERS_START:
+            left.add("it has no date or time", where)
+            continue
+        at = datetime.combine(day, clock.replace(tzinfo=UTC))
+        knots = number(each.data[6])
+        yield Fix(at.timestamp(), *place, knots * MPS_PER_KNOT if knots is not None else None, number(each.data[7]))
+
+
+def _standing(said: list[tuple[str, Any]], left: Left) -> Iterator[Fix]:
+    """By the time of day, over midnight."""
+    clock = Clock()
+    for where, each in said:
+        quality = next(
+            (getattr(each, name) for name in ("gps_qual", "mode_indicator", "status") if hasattr(each, name)), ""
+        )
+        place = _place(each) if str(quality or "") not in NO_FIX else None
+        if place is None:
+            left.add("the receiver had no fix", where)
+        elif not isinstance(each.timestamp, time):
+            left.add("it has no date or time", where)
+        else:
+            of_day = each.timestamp
+            second = of_day.hour * 3600 + of_day.minute * 60 + of_day.second + of_day.microsecond / 1e6
+            yield Fix(clock.after(second), *place)
+
+
+def _place(said: Any) -> tuple[float, float] | None:
+    """Latitude and longitude in degrees; None where the sentence has none that can be read."""
+    try:
+        return (said.latitude, said.longitude) if said.lat and said.lon else None
+    except (ValueError, TypeError, IndexError):
+        return None

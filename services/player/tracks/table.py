@@ -1,0 +1,190 @@
+"""Tracks as tables (CSV): columns by the names in the header."""
+
+import csv
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from datetime import UTC, datetime
+from typing import NamedTuple
+
+from services.player.can_log import SPEED_UNITS
+from services.player.tracks.coordinates import degrees, in_minutes, of_minutes
+from services.player.tracks.fix import Clock, Fix, Left, number
+
+_AND_UNIT = r"[ _]*[(\[]?(?:utc|gmt|(?P<unit>s|sec|seconds|ms|msec|milliseconds?|us|µs|microseconds?|ns))?[)\]]?"
+COLUMNS: Mapping[str, str] = {
+    "time": r"(?:gps|unix)?[ _]?(?:time|timestamp|t|seconds|elapsed[a-z _]*?|utc|date.?time|zeit|zeitstempel|uhrzeit"
+    r"|temps|heure|horodatage|tijd|tijdstip|hora|tiempo|ora|tempo|czas)"
+    rf"{_AND_UNIT}",
+    "latitude": r"(?:gps[ _]?)?lat|(?:gps[ _]?)?latitu.*|lat[ _]?\(?d.*|breite(?:ngrad)?.*|breedte(?:graad)?.*|szeroko[sś][cć].*",
+    "longitude": r"(?:gps[ _]?)?(?:lon|lng|long)|(?:gps[ _]?)?longitu.*|lon[ _]?\(?d.*|l(?:ä|ae)nge(?:ngrad)?.*"
+    r"|lengte(?:graad)?.*|d[lł]ugo[sś][cć].*",
+    "course": r"course.*|heading.*|bearing.*|track(?:[ _(\[]*(?:deg|angle|made|true).*)?|kurs.*|richtung.*|cap|koers|rumbo.*|rotta.*",
+    "date": r"date|datum|utc[ _]?date|gps[ _]?date|fecha|data",
+    "north or south": r"n[/_ ]?s.*|lat(?:itude)?[ _]?(?:dir|hemi|ref|n[/_ ]?s).*",
+    "east or west": r"e[/_ ]?w.*|lon(?:g|gitude)?[ _]?(?:dir|hemi|ref|e[/_ ]?w).*",
+}
+SPEEDS = "speed|velocity|geschwindigkeit|vitesse|snelheid|velocidad|velocit[aà]|pr[eę]dko[sś][cć]"
+BESIDE = re.compile("accuracy|error|limit|sigma|std|genauigkeit|pr[eé]cision|nauwkeurigheid")
+"""What a column says beside a quantity."""
+NEGATIVE = ("s", "w")
+SIDES = frozenset("NSEW")
+TIME_UNITS = {
+    **dict.fromkeys(("ms", "msec", "millisecond", "milliseconds"), 1e3),
+    **dict.fromkeys(("us", "µs", "microsecond", "microseconds"), 1e6),
+    "ns": 1e9,
+}
+_OF_DAY = re.compile(r"(?:^|[\sT])(\d{1,2}):(\d{2})(?::(\d{2}(?:[.,]\d+)?))?\s*(?:([ap])\.?m\.?)?\s*(?:UTC|Z)?$", re.I)
+_DIGITS = re.compile(r"([01]\d|2[0-3])([0-5]\d)([0-5]\d(?:\.\d+)?)")
+
+
+class OtherTableError(Exception):
+    """A table without the columns of a track."""
+
+
+class _Row(NamedTuple):
+    where: str
+    time: str
+    latitude_deg: float
+    longitude_deg: float
+    speed_mps: float | None
+    course_deg: float | None
+
+
+def fixes(text: str, left: Left) -> Iterator[Fix]:
+    """Columns by the names in the first line that is no remark. Raises ValueError naming the column, or OtherTableError."""
+    lines = text.splitlines()
+    first = next((at for at, line in enumerate(lines) if line.strip() and not re.match(r"\s*(#|sep=)", line)), 0)
+    delimiter = max(",;\t", key=lines[first].count) if lines else ","
+    table = csv.reader(lines[first:], delimiter=delimiter)
+    names = [name for name in next(table, []) if name]
+    columns = _columns(names)
+    unit = re.fullmatch(COLUMNS["time"], columns["time"].strip().lower())
+    rows = list(_rows(table, first, delimiter, names, columns, left))
+    as_sentences = in_minutes([(row.latitude_deg, row.longitude_deg) for row in rows])
+    clock = Clock()
+    for row in rows:
+        at_s = _time(row.time, unit["unit"] if unit else "", delimiter, clock, digits=as_sentences)
+        if at_s is None:
+            left.add("neither seconds, a time of day nor an ISO 8601 time", f"{row.where}: time {row.time!r}")
+            continue
+        latitude, longitude = row.latitude_deg, row.longitude_deg
+        if as_sentences:
+            latitude, longitude = of_minutes(latitude), of_minutes(longitude)
+        yield Fix(at_s, latitude, longitude, row.speed_mps, row.course_deg)
+
+
+def _columns(names: list[str]) -> dict[str, str]:
+    """The names of the columns by what they say, empty where there is none. Raises OtherTableError."""
+    columns = {what: _column(names, pattern) for what, pattern in COLUMNS.items()}
+    for place, side in (("latitude", "north or south"), ("longitude", "east or west")):
+        if columns[place] == columns[side]:  # `latitude_ref` before `latitude`
+            columns[place] = _column([name for name in names if name != columns[side]], COLUMNS[place])
+    missing = [what for what in ("time", "latitude", "longitude") if not columns[what]]
+    if missing:
+        raise OtherTableError(f"no column {' nor '.join(missing)} among {', '.join(names)}")
+    return columns
+
+
+def _rows(
+    table: Iterator[list[str]], first: int, delimiter: str, names: list[str], columns: Mapping[str, str], left: Left
+) -> Iterator[_Row]:
+    """The rows that have a place; numbers in minutes are still as they stand."""
+    speed, factor = _speed_column(names)
+    for count, cells in enumerate(table, first + 2):
+        if not any(each.strip() for each in cells):
+            continue
+        where = f"line {count}"
+        row = dict(zip(names, _with_sides(cells, len(names)), strict=False))
+        said = {what: row.get(name, "").strip() for what, name in columns.items()}
+        latitude = _side(said["latitude"], "latitude", said["north or south"])
+        longitude = _side(said["longitude"], "longitude", said["east or west"])
+        time = " ".join(filter(None, (said["date"], said["time"])))
+        if latitude is None or longitude is None:
+            told = [f"{columns[what]} {said[what]!r}" for what in ("latitude", "longitude")]
+            clear = _time(time, "", delimiter, Clock()) is not None
+            kind = (
+                "no degrees, with minutes and seconds or without"
+                if clear
+                else "neither seconds, a time of day nor an ISO 8601 time"
+            )
+            left.add(kind, f"{where}: {', '.join(told)}" if clear else f"{where}: time {time!r}")
+            continue
+        mps = number(row.get(speed), delimiter)
+        yield _Row(
+            where,
+            time,
+            latitude,
+            longitude,
+            mps * factor if mps is not None else None,
+            number(said["course"], delimiter),
+        )
+
+
+def _with_sides(cells: list[str], wanted: int) -> list[str]:
+    """A row whose N, S, E or W stand in cells that the header does not name, with these taken into the cell before."""
+    if len(cells) <= wanted:
+        return cells
+    joined: list[str] = []
+    for cell in cells:
+        if cell.strip().upper() in SIDES and joined:
+            joined[-1] += f" {cell.strip()}"
+        else:
+            joined.append(cell)
+    return joined if len(joined) == wanted else cells
+
+
+def _side(text: str, axis: str, side: str) -> float | None:
+    value = degrees(text, axis)
+    return -abs(value) if value is not None and side.lower().startswith(NEGATIVE) else value
+
+
+def _column(names: Sequence[str], pattern: str) -> str:
+    known = (name for name in names if re.fullmatch(pattern, name.strip().lower()))
+    return next((name for name in known if not BESIDE.search(name.lower())), "")
+
+
+def _speed_column(names: list[str]) -> tuple[str, float]:
+    """The column of the speed and what turns it into m/s; none: no name."""
+    unknown = ""
+    for name in names:
+        found = re.match(rf"(?:gps|ground)?[ _]?(?:{SPEEDS})(?P<unit>.*)", name.strip().lower())
+        if found and not BESIDE.search(name.lower()):
+            unit = re.sub(r"over[ _]ground|[ _()\[\]]", "", found["unit"])
+            if unit in SPEED_UNITS:
+                return name, SPEED_UNITS[unit]
+            unknown = unknown or name
+    if unknown:
+        raise ValueError(f"column {unknown!r}: name its unit, as in speed_kmh ({', '.join(SPEED_UNITS)})")
+    return "", 1.0
+
+
+SINCE_1970 = ((1e17, 1e9), (1e14, 1e6), (1e11, 1e3))
+"""Nano-, micro- and milliseconds since 1970 by their magnitude."""
+
+
+def _time(text: str, unit: str | None, delimiter: str, clock: Clock, *, digits: bool = False) -> float | None:
+    """Seconds; of a date that is not ISO 8601 the time of day counts, since day and month may stand in either order.
+
+    `digits`: 100059 is one second before 100100.
+    """
+    if digits and not unit and (found := _DIGITS.fullmatch(text.rpartition(" ")[2])):
+        return clock.after(int(found[1]) * 3600 + int(found[2]) * 60 + float(found[3]))
+    value = number(text, delimiter)
+    if value is not None:
+        scale = next((scale for least, scale in SINCE_1970 if value > least), 1.0)
+        return value / TIME_UNITS.get(unit or "", scale)
+    try:
+        at = datetime.fromisoformat(re.sub(r"\s*UTC$", "+00:00", text.strip()))
+    except ValueError:
+        return _of_day(text.strip(), clock)
+    return (at if at.tzinfo is not None else at.replace(tzinfo=UTC)).timestamp()
+
+
+def _of_day(text: str, clock: Clock) -> float | None:
+    found = _OF_DAY.search(text)
+    if found is None:
+        return None
+    hour, minute, second = int(found[1]), int(found[2]), float((found[3] or "0").replace(",", "."))
+    if found[4]:
+        hour = hour % 12 + (12 if found[4].lower() == "p" else 0)
+    return clock.after(hour * 3600 + minute * 60 + second) if hour < 24 and minute < 60 and second < 61 else None

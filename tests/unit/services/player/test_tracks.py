@@ -1,0 +1,147 @@
+"""Position tracks as receivers, cameras and spreadsheets write them."""
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from drivemcp.errors import UserError
+from services.player.position_track import not_read, read_track
+from services.player.tracks.coordinates import degrees
+from tests.unit.services.player.test_position_track import GPX, sentence
+
+PLACE = (48 + 30.5 / 60, -(11 + 30.25 / 60))
+WRITTEN = (
+    ("48°30.5'N", "11°30.25'W"), ("48° 30.5′ N", "11° 30.25′ W"), ("N48 30.5", "W011 30.25"), ("48 30 30 N", "11 30 15 W"),
+    ("48°30'30\"N", "11°30'15.0\"W"), ("48°30'30″ N", "-11°30'15″"), ("48:30:30", "-11:30:15"), ("48d30m30", "11d30m15W"),
+    ("48.508333333", "-11.504166667"), ("48,508333333", "-11,504166667"), ("48,508333333° N", "11,504166667° W"),
+    ("4830.500,N", "01130.250,W"), ("4830.500", "-1130.250"), ("48deg 30min 30sec N", "11deg 30min 15sec W"),
+    ("48º30’30”N", "−11º30’15”"),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(("latitude", "longitude"), WRITTEN)
+@pytest.mark.parametrize("delimiter", [";", "\t"])
+def test_a_place_is_read_however_degrees_are_written(
+    latitude: str, longitude: str, delimiter: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "drive.csv"
+    latitude, longitude = (
+        each.replace(",N", f"{delimiter}N").replace(",W", f"{delimiter}W") for each in (latitude, longitude)
+    )
+    rows = [delimiter.join((f"{time}", latitude, longitude)) for time in (0, 1)]
+    path.write_text("\n".join([delimiter.join(("time", "lat", "lon")), *rows]), encoding="utf-8")
+    assert read_track(path)[0][1:3] == pytest.approx(PLACE, abs=1e-6)
+    assert not_read(path) == ""
+
+
+def test_a_receivers_sentences_as_a_table_keep_their_hemispheres_and_times(tmp_path: Path) -> None:
+    for head in ("utc,lat,ns,lon,ew", "utc,lat,lon"):
+        path = tmp_path / "drive.csv"
+        path.write_text(f"{head}\n100059.00,3354.600,S,07036.000,W\n100100.00,3354.600,S,07036.000,W\n")
+        assert [each[:3] for each in read_track(path)] == [(0.0, -33.91, -70.6), (1.0, -33.91, -70.6)]
+
+
+@pytest.mark.parametrize(
+    "text", ["11.5 N", "N 11.5", "48 61 00", "48.5 30", "48305'", "N48N", "48 30 30 s", "11 O", "", "north", "1 2 3 4"]
+)
+def test_what_may_be_another_place_is_no_longitude(text: str) -> None:
+    assert degrees(text, "longitude") is None
+
+
+@given(st.integers(0, 89), st.integers(0, 59), st.integers(0, 59_999), st.sampled_from("NS"))
+def test_minutes_and_seconds_are_what_they_say(whole: int, minutes: int, thousandths: int, side: str) -> None:
+    said = (whole + minutes / 60 + thousandths / 3.6e6) * (1 if side == "N" else -1)
+    assert degrees(f"{whole}°{minutes}'{thousandths / 1000:.3f}\"{side}", "latitude") == pytest.approx(said, abs=1e-9)
+    assert degrees(f"{side} {whole} {minutes} {thousandths / 1000:.3f}", "latitude") == pytest.approx(said, abs=1e-9)
+
+
+def test_degrees_are_never_taken_for_minutes_where_one_row_is_in_degrees(tmp_path: Path) -> None:
+    path = tmp_path / "drive.csv"
+    path.write_text("time,lat,lon\n0,0.5,11.5\n1,0.5,11.5\n2,4830.5,1130.2\n")
+    assert [each[1:3] for each in read_track(path)] == [(0.5, 11.5)] * 2
+    assert "no place on earth" in not_read(path)
+
+
+@pytest.mark.parametrize(
+    "times",
+    [
+        ("23:59:59", "00:00:00"), ("23:59:59.0 UTC", "0:00:00 UTC"), ("31/12/2025 23:59:59", "01/01/2026 00:00:00"),
+        ("12/31/2025 11:59:59 PM", "1/1/2026 12:00:00 AM"), ("31.12.2025 23:59:59,0", "01.01.2026 00:00:00,0"),
+        ("2025-12-31T23:59:59Z", "2026-01-01T00:00:00+00:00"), ("1767225599", "1767225600"), ("1767225599000", "1767225600000"),
+    ],
+)  # fmt: skip
+def test_a_second_over_midnight_is_a_second(times: tuple[str, str], tmp_path: Path) -> None:
+    path = tmp_path / "drive.csv"
+    path.write_text("".join(("time;lat;lon\n", *(f"{each};48.1;11.5\n" for each in times))))
+    assert [each.at_s for each in read_track(path)] == [0.0, 1.0]
+
+
+@pytest.mark.parametrize(
+    "head",
+    [
+        "Temps;Latitude;Longitude;Vitesse (km/h);Cap", "Tijd;Breedtegraad;Lengtegraad;Snelheid (km/h);Koers",
+        "Hora;Latitud;Longitud;Velocidad (km/h);Rumbo", "Ora;Latitudine;Longitudine;Velocità (km/h);Rotta",
+        "Czas;Szerokość;Długość;Prędkość (km/h);Kurs", "Uhrzeit;Breite;Länge;Geschwindigkeit (km/h);Richtung",
+    ],
+)  # fmt: skip
+def test_headers_in_the_languages_of_drivers_are_read(head: str, tmp_path: Path) -> None:
+    path = tmp_path / "drive.csv"
+    path.write_text(f"{head}\n10:00:00;48,1;11,5;36,0;90,5\n10:00:01;48,1;11,5;36,0;90,5\n", encoding="utf-8")
+    assert list(read_track(path)[1]) == pytest.approx([1.0, 48.1, 11.5, 10.0, 90.5])
+
+
+@pytest.mark.parametrize("talker", ["GP", "GN", "GL", "GA"])
+@pytest.mark.parametrize("kind", ["GGA", "GNS", "GLL"])
+def test_without_rmc_a_position_with_a_time_of_day_is_a_fix(talker: str, kind: str, tmp_path: Path) -> None:
+    bodies = {
+        "GGA": "{at},4806.0{n}0,N,01130.000,E,{good},08,0.9,520.0,M,46.9,M,,",
+        "GNS": "{at},4806.0{n}0,N,01130.000,E,{mode},08,0.9,520.0,46.9,,",
+        "GLL": "4806.0{n}0,N,01130.000,E,{at},{state},A",
+    }
+    times = ("235959.00", "000000.00", "000001.00")
+    lines = [
+        sentence(f"{talker}{kind},{bodies[kind].format(at=at, n=n, good=1, mode='AN', state='A')}")
+        for n, at in enumerate(times)
+    ]
+    lost = sentence(f"{talker}{kind},{bodies[kind].format(at='000002.00', n=9, good=0, mode='NN', state='V')}")
+    path = tmp_path / "drive.nmea"
+    path.write_text("".join([*lines, lost, "$GPGGA,000003.00,4806.0x0,N,01130.000,E,1*00\n"]))
+    found = read_track(path)
+    assert [each.at_s for each in found] == [0.0, 1.0, 2.0]
+    assert found[1].latitude_deg == pytest.approx(48 + 6.01 / 60)
+    assert found[1].speed_mps == pytest.approx(18.5, abs=0.1)
+    assert "1 not read, first line 4: the receiver had no fix" in not_read(path)
+    assert "1 not read, first line 5: no NMEA sentence" in not_read(path)
+
+
+def test_one_sentence_with_a_broken_number_costs_itself_alone(tmp_path: Path) -> None:
+    path = tmp_path / "drive.nmea"
+    good = [sentence(f"GNRMC,10000{n}.00,A,4806.000,N,01130.000,E,19.44,90.0,010526,,") for n in (0, 1)]
+    path.write_text(good[0] + "$GPRMC,100000.50,A,48x6.000,N,01130.000,E,19.44,90.0,010526,,\n" + good[1])
+    assert [each.at_s for each in read_track(path)] == [0.0, 1.0]
+    assert not_read(path) == "1 not read, first line 2: the receiver had no fix"
+
+
+def test_of_two_tracks_at_one_time_the_first_counts_and_the_other_is_told(tmp_path: Path) -> None:
+    track = GPX[GPX.index("<trk>") : GPX.index("</gpx>")]
+    path = tmp_path / "drive.gpx"
+    path.write_text(GPX.replace("</gpx>", track.replace("48.1", "52.5") + "</gpx>"))
+    assert [each.latitude_deg for each in read_track(path)] == [48.1, 48.1001, 48.1002]
+    assert not_read(path) == "1 not read, first track 2: it runs at the same time as another; keep one"
+    later = track.replace("10:00:0", "10:00:1")
+    path.write_text(GPX.replace("</gpx>", later + "</gpx>"))
+    assert [each.at_s for each in read_track(path)] == [0.0, 1.0, 2.0, 10.0, 11.0, 12.0]
+    assert not_read(path) == ""
+
+
+def test_waypoints_and_other_kinds_of_files_say_what_to_do(tmp_path: Path) -> None:
+    path = tmp_path / "drive.gpx"
+    path.write_text(GPX[: GPX.index("<trk>")] + '<wpt lat="48.1" lon="11.5"/></gpx>')
+    with pytest.raises(UserError, match="first waypoint 1: it is of no track; record or export the track itself"):
+        read_track(path)
+    path = tmp_path / "drive.kml"
+    path.write_text("<kml/>")
+    with pytest.raises(UserError, match="GPSBabel turns other kinds"):
+        read_track(path)
