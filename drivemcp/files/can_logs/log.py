@@ -16,8 +16,9 @@ import can
 from can.util import dlc2len
 
 from drivemcp.errors import UserError
+from drivemcp.files.can_logs.forms import form_of
 from drivemcp.files.can_logs.stamps import in_time
-from drivemcp.files.can_logs.text import FORMS, Lines, excerpt, foreign, form_of, open_text, suffix_of
+from drivemcp.files.can_logs.text import FORMS, Lines, excerpt, foreign, open_text, suffix_of
 from proto.sensors import CanFrame
 
 BINARY: dict[str, Any] = {".blf": can.BLFReader, ".mf4": can.MF4Reader}

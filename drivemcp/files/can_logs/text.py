@@ -2,7 +2,6 @@
 
 import codecs
 import gzip
-import itertools
 import logging
 import re
 import zlib
@@ -33,7 +32,7 @@ _COLOURS = re.compile(r"\x1b\[[0-9;]*m")
 _RAW_LENGTH = re.compile(r"_[9A-F]$", re.I)
 _ERROR_FRAME = re.compile(r"^[2367ABEF][0-9A-F]{7}#.*$", re.I)
 """SocketCAN's mark of an error frame, of whatever class; python-can knows one class and takes the others for data."""
-_CSV_HEADER = "timestamp,arbitration_id,extended,remote,error,dlc,data"
+CSV_HEADER = "timestamp,arbitration_id,extended,remote,error,dlc,data"
 _TRC_COMMA = re.compile(r"^(;\$STARTTIME=\d+|\s*\d+\)?\s+-?\d+),(\d+)")
 _TRC_KEYWORD = re.compile(r"\s*;\$([A-Z]+)=([^;\s]*)[;\s]*$", re.I)
 """A line of the head; PEAK ends some with a semicolon, which is no part of the value."""
@@ -53,7 +52,7 @@ _FOREIGN = (
     ("base ", "an .asc log under another ending: rename it"),
     ("(", "a candump log under another ending: rename it to .log"),
     ("timestamp,arbitration_id", "a .csv log under another ending: rename it"),
-    ("Time Stamp,ID,", "a table of SavvyCAN: save it there as candump's log (.log) or Vector's (.asc)"),
+    ("Time Stamp,ID,", "a table under another ending: rename it to .csv"),
     ("<", "a page or XML and not a log: was a download answered by a web page?"),
 )
 """How a file begins that is of another kind than its name says, and what it is."""
@@ -61,13 +60,13 @@ _ITS_OWN = {
     ".log": "(",
     ".asc": "date base ",
     ".trc": ";$FILEVERSION",
-    ".csv": _CSV_HEADER,
+    ".csv": CSV_HEADER,
     ".blf": "LOGG",
     ".mf4": "MDF     4",
 }
 _WANTED = {
     ".asc": "an event of an .asc log",
-    ".csv": f"a row of python-can's .csv log ({_CSV_HEADER})",
+    ".csv": f"a row of python-can's .csv log ({CSV_HEADER})",
     ".log": "a line of candump -L",
     ".trc": "a line of a .trc log",
 }
@@ -153,7 +152,7 @@ class Candump(Form):
         if found is None:
             return text
         time, channel, frame, direction = (each or "" for each in found)
-        self.stamp_s = _stamp(time)
+        self.stamp_s = seconds(time)
         if self.stamp_s is None:
             return text
         frame = _ERROR_FRAME.sub("20000080#", _RAW_LENGTH.sub("", frame))
@@ -176,7 +175,7 @@ class Csv(Form):
         message.is_fd = len(message.data) > 8  # the table does not say so
 
     def unread(self, text: str) -> str:
-        return "" if text.strip() == _CSV_HEADER else super().unread(text)
+        return "" if text.strip() == CSV_HEADER else super().unread(text)
 
 
 class Trc(Form):
@@ -205,17 +204,6 @@ class Trc(Form):
 FORMS = (".asc", ".csv", ".log", ".trc")
 
 
-def form_of(path: Path) -> Form:
-    """The kind of a text log, by its ending."""
-    suffix = suffix_of(path)
-    if suffix == ".asc":
-        with open_text(path) as file:
-            return Asc(
-                list(itertools.takewhile(lambda line: not EVENT.match(line), itertools.islice(file, HEADER_LINES)))
-            )
-    return {".csv": Csv, ".log": Candump, ".trc": Trc}[suffix]()
-
-
 def _from_screen(text: str) -> tuple[str | None, ...] | None:
     """A line as candump shows it: its time, channel, frame as -L writes it, and direction."""
     shown = _SHOWN.match(text)
@@ -232,7 +220,7 @@ def _from_screen(text: str) -> tuple[str | None, ...] | None:
     return time, channel, f"{number}{mark}{''.join(data)}", ""
 
 
-def _stamp(text: str) -> float | None:
+def seconds(text: str) -> float | None:
     """Seconds since 1970, or since some start; or a date and a time of day."""
     try:
         return float(text.replace(",", "."))

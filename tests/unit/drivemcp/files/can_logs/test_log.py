@@ -325,11 +325,7 @@ def test_candumps_dates_are_read_and_a_request_is_one(tmp_path: Path) -> None:
         ("a.asc", "(1.0) can0 100#00\n", "it is a candump log under another ending: rename it to .log"),
         ("a.asc", "<html>no such file</html>\n", "was a download answered by a web page?"),
         ("a.blf", "version https://git-lfs.github.com/spec/v1\n", "a pointer of Git LFS"),
-        (
-            "a.csv",
-            "Time Stamp,ID,Extended,Dir,Bus,LEN,D1\n1,0x1,false,Rx,0,1,00\n",
-            "it is a table of SavvyCAN: save it there as candump's log (.log)",
-        ),
+        ("a.log", "Time Stamp,ID,Extended,Dir,Bus,LEN,D1\n", "it is a table under another ending: rename it to .csv"),
         ("a.log.gz", "(1.0) can0 100#00\n", "it is not packed by gzip"),
         ("a.log", "***BUSMASTER Ver 3.2.2***\n", "a log of BUSMASTER: export it as .asc"),
         ("a.trc", "what is this\n", "is not a line of a .trc log"),

@@ -1,0 +1,220 @@
+"""Tables of frames as other programs export them (SavvyCAN, Kvaser, Vehicle Spy, CANedge, asammdf, PCAN, cabana): columns by name.
+
+python-can reads its own table alone.
+"""
+
+import csv
+import itertools
+import re
+import statistics
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import can
+
+from drivemcp.files.can_logs.text import Form, excerpt, seconds
+
+HEAD_LINES = 200
+LOOK_ROWS = 1000
+"""Rows that show in which base the numbers are, and what the times count."""
+_UNIT = r"[ _]*[(\[]?(?P<unit>s|sec|seconds|ms|msec|us|µs|ns)?[)\]]?"
+_BASE = r"(?:[ _]*[(\[]?(?P<base>hex|dec)[a-z]*[)\]]?)?"
+_OWN = r"(?:can_dataframe[._])?"
+COLUMNS: Mapping[str, str] = {
+    "time": rf"(?:abs(?:olute)?[ _]?)?time(?:[ _]?stamps?|[ _]?offset|stampepoch)?{_UNIT}|zeit(?:stempel)?{_UNIT.replace('unit', 'unit2')}",
+    "id": rf"{_OWN}(?:(?:arb(?:itration)?|can|message|msg)?[ _]?id|identifier|addr(?:ess)?){_BASE}",
+    "extended": rf"{_OWN}(?:ide|xtd|ext(?:ended)?|is[ _]extended.*)",
+    "bus": rf"{_OWN}(?:bus[ _]?channel|bus|channel|chn|kanal)",
+    "length": rf"{_OWN}(?:dlc|len(?:gth)?|data[ _]?length(?:[ _]?code)?|size)",
+    "remote": rf"{_OWN}(?:rtr|remote)",
+    "error": r"er|err(?:or)?",
+    "fd": rf"{_OWN}(?:edl|fdf|fd)",
+    "data": rf"{_OWN}(?:data[ _]?(?:bytes?|field)?|payload|message[ _]?data|daten){_BASE}",
+}
+_BYTE = re.compile(rf"(?:d|b|data|byte)[ _]?\d+{_BASE}")
+_TRUE = ("1", "t", "true", "x", "yes", "ext", "extended", "rtr", "r", "y")
+_BARE = re.compile(r"\d+\.\d+,[0-9a-f]{3,8},\d{1,2},(?:[0-9a-f]{2}(?:,|$))+", re.I)
+"""A row of a data set without a header: time, id, length, bytes, and perhaps a label."""
+BARE = ("time", "id (hex)", "dlc", *(f"d{number} (hex)" for number in range(8)))
+SAVVYCAN = ("time stamp", "id", "extended")
+"""It counts microseconds and writes hexadecimal numbers, and says neither."""
+
+
+class Header(NamedTuple):
+    """Where a table's columns are."""
+
+    lines: int
+    """Before the first row."""
+    delimiter: str
+    places: Mapping[str, int]
+    bytes_at: tuple[int, ...]
+    """Columns of one byte each."""
+    unit: str
+    id_base: int
+    """0: not said."""
+    data_base: int
+
+
+def header_of(head: Sequence[str]) -> Header | None:
+    """The header in a file's first lines; None where it has none."""
+    for count, line in enumerate(head[:HEAD_LINES], 1):
+        if _BARE.match(line.strip()):
+            return _header(count - 1, ",", BARE)
+        delimiter = max(",;\t", key=line.count)
+        names = [name.strip().lower() for name in _cells(line, delimiter)]
+        found = _header(count, delimiter, names)
+        if found is not None:
+            return found
+    return None
+
+
+def _header(lines: int, delimiter: str, names: Sequence[str]) -> Header | None:
+    matched = {
+        what: next(((at, found) for at, name in enumerate(names) if (found := re.fullmatch(pattern, name))), None)
+        for what, pattern in COLUMNS.items()
+    }
+    each_byte = [(at, found) for at, name in enumerate(names) if (found := _BYTE.fullmatch(name))]
+    time, number, data = matched["time"], matched["id"], matched["data"]
+    if time is None or number is None or not (data or each_byte):
+        return None
+    ours = tuple(names[:3]) == SAVVYCAN
+    data_said = data[1]["base"] if data else each_byte[0][1]["base"]
+    raw = names[number[0]].startswith("can_dataframe")
+    id_said = number[1]["base"] or ("hex" if ours else "dec" if raw else "")
+    return Header(
+        lines, delimiter, {what: found[0] for what, found in matched.items() if found},
+        () if data else tuple(at for at, _ in each_byte),
+        time[1]["unit"] or time[1]["unit2"] or ("us" if ours else ""), _BASES[id_said], _BASES[data_said or ("hex" if ours else "")],
+    )  # fmt: skip
+
+
+_BASES: Mapping[str | None, int] = {"hex": 16, "dec": 10, "": 0, None: 0}
+_PER_S = {"ms": 1e3, "msec": 1e3, "us": 1e6, "µs": 1e6, "ns": 1e9}
+SINCE_1970 = ((1e17, 1e9), (1e14, 1e6), (1e11, 1e3))
+"""Nano-, micro- and milliseconds since 1970 by their magnitude."""
+
+
+def _cells(line: str, delimiter: str) -> list[str]:
+    return next(csv.reader([line.strip("\r\n")], delimiter=delimiter), [])
+
+
+class Table(Form):
+    """A table of another program than python-can."""
+
+    suffix = ".csv"
+
+    def __init__(self, header: Header, head: Sequence[str]) -> None:
+        self._header = header
+        rows = [_cells(line, header.delimiter) for line in head[header.lines :] if line.strip()]
+        self._id_base = header.id_base or self._base_of_ids(rows)
+        self._data_base = header.data_base or self._base_of_bytes(rows)
+        self._without_unit = not header.unit and _whole_numbers([self._cell(row, "time") for row in rows])
+
+    def _base_of_ids(self, rows: Sequence[Sequence[str]]) -> int:
+        texts = [text for row in rows if (text := self._cell(row, "id"))]
+        short = [
+            self._cell(row, "id") for row in rows if self._cell(row, "extended") and not self._true(row, "extended")
+        ]
+        if any(
+            re.search("[a-fx]|h$", text, re.I) or (len(text) in (3, 4, 8) and text.startswith("0")) for text in texts
+        ):
+            return 16
+        if any(text.isdigit() and int(text, 16) > 0x7FF for text in short):
+            return 10
+        self.remark = "its header does not say whether ids are hexadecimal; they are taken as such (name the column `ID (dec)` if not)"
+        return 16
+
+    def _base_of_bytes(self, rows: Sequence[Sequence[str]]) -> int:
+        texts = [text for row in rows for text in self._bytes(row)]
+        if any(text.startswith("[") for text in (self._cell(row, "data") for row in rows)):
+            return 10
+        if any(re.search("[a-f]", text, re.I) or (len(text) == 2 and text.startswith("0")) for text in texts):
+            return 16
+        return 10 if any(len(text) == 3 for text in texts) else self._id_base
+
+    def make(self, lines: Any) -> Any:
+        return _Rows(self, lines)
+
+    def message(self, line: str) -> can.Message:
+        """The frame of a row. Raises ValueError or IndexError where it is none."""
+        if self._without_unit:
+            raise ValueError
+        row = _cells(line, self._header.delimiter)
+        text = self._cell(row, "id")
+        number = int(re.sub("[xh]$", "", text, flags=re.I), self._id_base)
+        extended = (
+            self._true(row, "extended") if "extended" in self._header.places else number > 0x7FF or text[-1:] in "xX"
+        )
+        remote = self._true(row, "remote") if "remote" in self._header.places else False
+        data = bytes(int(each, self._data_base) for each in self._bytes(row))
+        length = self._cell(row, "length")
+        told = int(length) if length.isdigit() else len(data)
+        fd = self._true(row, "fd") if "fd" in self._header.places else len(data) > 8
+        if not remote and self._header.bytes_at:
+            data = data[:told]
+        bus = self._cell(row, "bus")
+        return can.Message(
+            timestamp=self._time(self._cell(row, "time")), arbitration_id=number, is_extended_id=extended, is_fd=fd,
+            is_remote_frame=remote, is_error_frame=self._true(row, "error"), channel=bus or None,
+            dlc=told if remote else len(data), data=b"" if remote else data,
+        )  # fmt: skip
+
+    def _time(self, text: str) -> float:
+        value = seconds(text)
+        if value is None:
+            raise ValueError
+        scale = next((scale for least, scale in SINCE_1970 if value > least), 1.0)
+        return value / _PER_S.get(self._header.unit, scale)
+
+    def _cell(self, row: Sequence[str], what: str) -> str:
+        at = self._header.places.get(what)
+        return row[at].strip() if at is not None and at < len(row) else ""
+
+    def _true(self, row: Sequence[str], what: str) -> bool:
+        return self._cell(row, what).lower() in _TRUE
+
+    def _bytes(self, row: Sequence[str]) -> list[str]:
+        """The bytes of a row as they are written, whether each stands in its own column or all in one."""
+        if self._header.bytes_at:
+            found = (row[at].strip() for at in self._header.bytes_at if at < len(row))
+            return [
+                re.sub("^0x", "", each, flags=re.I) for each in found if re.fullmatch("(0x)?[0-9a-f]{1,3}", each, re.I)
+            ]
+        text = re.sub(
+            r"^0x(?=[0-9a-f]{2,}$)",
+            "",
+            re.sub(r"^b(?=['\"])", "", self._cell(row, "data")).strip("[]()'\" "),
+            flags=re.I,
+        )
+        if re.fullmatch("(?:[0-9a-f]{2})*", text, re.I):
+            return [text[at : at + 2] for at in range(0, len(text), 2)]
+        return [re.sub("^0x", "", each, flags=re.I) for each in re.split(r"[\s,;:.|-]+", text) if each]
+
+    def unread(self, text: str) -> str:
+        return ""
+
+    def malformed(self, text: str) -> str:
+        if self._without_unit:
+            return "its times are whole numbers, and its header names no unit: name the column `time_ms` or `time_us`"
+        return f"is no row of this table: {excerpt(text)}"
+
+
+class _Rows:
+    """What python-can's readers are to the other forms."""
+
+    def __init__(self, table: Table, lines: Any) -> None:
+        self._table, self._lines = table, lines
+        self._rows = itertools.dropwhile(lambda line: lines.number <= table._header.lines, lines)
+
+    def __iter__(self) -> Iterator[can.Message]:
+        for line in self._rows:
+            if line.strip():
+                yield self._table.message(line)
+
+
+def _whole_numbers(times: Sequence[str]) -> bool:
+    """Whether times are whole numbers that may count anything: not since 1970, and most a step of more than a second apart."""
+    values = [int(each) for each in times if each.isdigit()]
+    if len(values) < max(2, len(times)) or max(values) > SINCE_1970[-1][0]:
+        return False
+    return statistics.median(after - before for before, after in itertools.pairwise(values)) > 1

@@ -1,0 +1,150 @@
+"""Tables of frames as programs export them: time, id, bus, data, and what is refused rather than guessed."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from drivemcp.files.can_logs.log import CanLog
+from tests.unit.drivemcp.files.can_logs.written import START_S
+
+SPEED = bytes.fromhex("100E0000000000FF")
+EXTENDED = bytes.fromhex("0102030405060708")
+LONG = bytes(range(12))
+TABLES = {
+    "savvycan": (
+        "Time Stamp,ID,Extended,Dir,Bus,LEN,D1,D2,D3,D4,D5,D6,D7,D8\n",
+        "1000000,00000100,false,Rx,0,8,10,0E,00,00,00,00,00,FF,\n",
+        "1020000,18FEF100,true,Rx,0,8,01,02,03,04,05,06,07,08,\n",
+    ),
+    "kvaser": (
+        "Kvaser Memorator Log\nSettings:,HEX\n\nTime,Channel,ID,Flags,DLC,Data0,Data1,Data2,Data3,Data4,Data5,Data6,Data7,Counter\n",
+        "1.000000,0,100,,8,10,0E,00,00,00,00,00,FF,1\n",
+        "1.020000,0,18FEF100,x,8,01,02,03,04,05,06,07,08,2\n",
+    ),
+    "kvaser in decimal": (
+        "Time,Channel,ID (dec),Flags,DLC,Data0,Data1,Data2,Data3,Data4,Data5,Data6,Data7,Counter\n",
+        "1.000000,0,256,,8,16,14,0,0,0,0,0,255,1\n",
+        "1.020000,0,419361024,x,8,1,2,3,4,5,6,7,8,2\n",
+    ),
+    "vehicle spy": (
+        "Vehicle Spy,3.9\nStart,1\nLine,Abs Time(Sec),Rel Time (Sec),Er,Description,Network,Arb ID,Remote,Xtd,B1,B2,B3,B4,B5,B6,B7,B8\n",
+        '1,1.000,0,F,"HS CAN, $100",HS CAN,100,F,F,10,0E,00,00,00,00,00,FF,\n',
+        "2,1.020,0.02,F,HS CAN $18FEF100,HS CAN,18FEF100,F,T,01,02,03,04,05,06,07,08,\n",
+    ),
+    "canedge": (
+        "TimestampEpoch;BusChannel;ID;IDE;DLC;DataLength;Dir;EDL;BRS;DataBytes\n",
+        "1578922367.777150;1;100;0;8;8;0;0;0;100E0000000000FF\n",
+        "1578922367.797150;1;18FEF100;1;8;8;0;0;0;0102030405060708\n",
+    ),
+    "asammdf": (
+        "timestamps,CAN_DataFrame.BusChannel,CAN_DataFrame.ID,CAN_DataFrame.IDE,CAN_DataFrame.DLC,CAN_DataFrame.DataLength,CAN_DataFrame.DataBytes\n",
+        "1.00,1,256,0,8,8,[ 16  14   0   0   0   0   0 255]\n",
+        "1.02,1,419361024,1,8,8,[1 2 3 4 5 6 7 8]\n",
+    ),
+    "cabana": ("time,addr,bus,data\n", "1.00,0x100,0,0x100e0000000000ff\n", "1.02,0x18fef100,0,0x0102030405060708\n"),
+    "peak": (
+        ";   a note\nMessage Number;Time Offset (ms);Type;ID (hex);Data Length Code;Data Bytes (hex)\n",
+        "1;1000,0;Rx;0100;8;10 0E 00 00 00 00 00 FF\n",
+        "2;1020,0;Rx;18FEF100;8;01 02 03 04 05 06 07 08\n",
+    ),
+    "a data set without header": ("",
+        "1478198376.389427,0100,8,10,0e,00,00,00,00,00,ff,R\n",
+        "1478198376.409427,18fef100,8,01,02,03,04,05,06,07,08,R\n"),
+    "iso times": (
+        "Timestamp,CAN ID,Data\n",
+        "2025-03-04T10:11:12.000,100,10 0E 00 00 00 00 00 FF\n",
+        "2025-03-04T10:11:12.020,18FEF100x,01-02-03-04-05-06-07-08\n",
+    ),
+    "milliseconds since 1970": (
+        "Timestamp,ID,Data\n", "1741083072000,0x100,10 0E 00 00 00 00 00 FF\n", "1741083072020,0x18FEF100,01:02:03:04:05:06:07:08\n",
+    ),
+    "German": (
+        "Zeit (s);ID;Length;Daten\n", "1,00;100h;8;10 0E 00 00 00 00 00 FF\n", "1,02;18FEF100h;8;01 02 03 04 05 06 07 08\n",
+    ),
+}  # fmt: skip
+
+
+def read(path: Path, text: str, encoding: str = "utf-8") -> tuple[CanLog, list[tuple[Any, ...]]]:
+    path.write_bytes(text.encode(encoding))
+    log = CanLog(path)
+    return log, [(round(each.at_s, 4), each.frame.arbitration_id, each.frame.extended, each.frame.data) for each in log]
+
+
+@pytest.mark.parametrize("name", TABLES)
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
+def test_a_table_of_another_program_is_read_by_the_names_of_its_columns(
+    name: str, encoding: str, tmp_path: Path
+) -> None:
+    log, found = read(tmp_path / "drive.csv", "".join(TABLES[name]), encoding)
+    assert found == [(0.0, 0x100, False, SPEED), (0.02, 0x18FEF100, True, EXTENDED)]
+    assert log.summary == ""
+
+
+def test_of_two_buses_of_a_table_one_is_replayed(tmp_path: Path) -> None:
+    head, first, second = TABLES["cabana"]
+    log, found = read(tmp_path / "drive.csv", head + first + second.replace(",0,", ",1,"))
+    assert [each[1] for each in found] == [0x100]
+    assert log.summary == "left out 1 frames of channel 1; this is channel 0"
+
+
+def test_requests_errors_and_long_frames_of_a_table_are_told(tmp_path: Path) -> None:
+    path = tmp_path / "drive.csv"
+    path.write_text(
+        f"Time,Arb ID,Remote,Er,DLC,EDL,Data\n1.00,100,1,0,4,0,\n1.01,0,0,1,0,0,\n1.02,1AB,0,0,12,1,{LONG.hex()}\n"
+    )
+    frames = [each.frame for each in CanLog(path)]
+    assert [(each.remote, each.requested_bytes, each.error, each.fd, each.data) for each in frames] == [
+        (True, 4, False, False, b""), (False, 0, True, False, b""), (False, 0, False, True, LONG),
+    ]  # fmt: skip
+
+
+def test_a_bad_row_costs_itself_alone(tmp_path: Path) -> None:
+    head, first, second = TABLES["canedge"]
+    log, found = read(tmp_path / "drive.csv", head + first + "1578922367.78;1;1G0;0;8;8;0;0;0;10\n\n" + second)
+    assert len(found) == 2
+    assert "drive.csv: line 3: is no row of this table: '1578922367.78;1;1G0" in log.summary
+
+
+def test_numbers_that_may_be_in_either_base_are_taken_as_hexadecimal_and_it_is_told(tmp_path: Path) -> None:
+    log, found = read(tmp_path / "drive.csv", "time,id,data\n1.0,100,10 11\n1.1,200,12 13\n")
+    assert [each[1] for each in found] == [0x100, 0x200]
+    assert "they are taken as such" in log.summary
+    log, found = read(tmp_path / "drive.csv", "time,id,ide,d0\n1.0,2024,0,255\n1.1,2015,0,16\n")
+    assert [(each[1], each[3]) for each in found] == [(2024, b"\xff"), (2015, b"\x10")]
+    assert log.summary == ""
+
+
+def test_times_that_may_be_milli_or_microseconds_are_asked_for(tmp_path: Path) -> None:
+    rows = "".join(f"{20 * n},0x100,100E\n" for n in range(9))
+    log, found = read(tmp_path / "drive.csv", "time,id,data\n" + rows)
+    assert found == []
+    assert "its times are whole numbers, and its header names no unit: name the column `time_ms`" in log.nothing
+    _, found = read(tmp_path / "drive.csv", "time_ms,id,data\n" + rows)
+    assert [each[0] for each in found] == pytest.approx([0.02 * n for n in range(9)])
+
+
+@given(
+    st.lists(st.tuples(st.integers(0, 0x7FF), st.binary(max_size=8)), min_size=1, max_size=20),
+    st.sampled_from(["{:X}", "0x{:x}", "{:03X}", "{:08X}"]),
+    st.sampled_from([" ", "", "-"]),
+)
+def test_every_frame_that_is_written_with_its_base_comes_back(
+    tmp_path_factory: pytest.TempPathFactory, frames: list[tuple[int, bytes]], form: str, between: str
+) -> None:
+    rows = [
+        f"{START_S + 0.01 * n:.3f},{form.format(number)},0,{data.hex(between) if between else data.hex()}\n"
+        for n, (number, data) in enumerate(frames)
+    ]
+    log = CanLog(tmp_path_factory.mktemp("table") / "drive.csv")
+    log.path.write_text("Time,ID (hex),IDE,Data (hex)\n" + "".join(rows))
+    assert [(each.frame.arbitration_id, each.frame.data) for each in log] == frames
+    assert log.malformed == 0
+
+
+def test_a_table_of_decoded_signals_is_no_log(tmp_path: Path) -> None:
+    log, found = read(tmp_path / "drive.csv", "Time[s],VehicleSpeed[km/h]\n0.0,50.1\n0.1,50.2\n")
+    assert found == []
+    assert "a row of python-can's .csv log" in log.nothing
