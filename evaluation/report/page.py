@@ -31,7 +31,7 @@ written by hand from `python -m studies real`, since no photograph is part of th
 def yardsticks(folder: Path) -> str:
     """The first table of each such page that is there, with a link to it. Raises UserError where one cannot be read."""
     return "\n\n".join(
-        f"## {title}\n\nWhat it is, on what it was driven, and the rest: [{name}]({name}).\n\n{table}"
+        f"## {title}\n\nMethod, routes and further tables: [{name}]({name}).\n\n{table}"
         for title, name in YARDSTICKS
         if (table := _first_table(folder / name))
     )

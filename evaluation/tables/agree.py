@@ -102,8 +102,9 @@ def page(found: Sequence[Compared]) -> str:
     ranging = [each for each in judged if each.less.low is not None]
     lines += [
         "",
-        f"{_agreeing(judged)} of {len(judged)} agree. {len(ranging)} of them have an interval, and {_agreeing(ranging)} intervals hold 0; "
-        f"by chance alone {0.05 * len(ranging):.0f} would not. Without one, all pairs differ by the same, and agree if that is 0.",
+        f"{_agreeing(judged)} of {len(judged)} numbers agree. {len(ranging)} have an interval, and {_agreeing(ranging)} intervals "
+        f"contain 0; by chance {0.05 * len(ranging):.0f} would not. A number without an interval has the same difference in all pairs, and "
+        "agrees if that is 0.",
     ]
     return "\n".join(lines) + "\n"
 

@@ -69,7 +69,7 @@ def test_the_page_says_what_agrees(tmp_path: Path) -> None:
     assert "| all | event F1, % | " in told
     assert "| 80.0 | 70.0 | -10.0 [" in told
     assert "| **no** |" in told
-    assert "agree. 4 of them have an interval, and 0 intervals hold 0; by chance alone 0 would not." in told, (
+    assert "agree. 4 have an interval, and 0 intervals contain 0; by chance 0 would not." in told, (
         "event F1, of each family"
     )
 
