@@ -167,13 +167,14 @@ def target(state: State) -> Target:
 
 
 def law_of(state: State) -> Law:
-    """The answer to today's question; else the last answer, if no sign says less; else the sign; else caution.
+    """The answer to today's question; else the last or a doubted answer, if no sign says less; else the sign; else caution.
 
     An answer that was given for another road or country holds only where it is below caution.
     """
     unknown, held = Law(None, cautious_mps(state), 0.3, "unknown"), state.held
     answer = held.legal if held.legal is not None and held.legal.legal_action != "unknown" else None
-    if answer is not None and held.legal_key == rules_question.todays_key(state):
+    todays = held.legal_key == rules_question.todays_key(state)
+    if answer is not None and todays and answer.confidence >= rules_question.LAW_KNOWN:
         return _answered(state, answer, "rules")
     sign = posted_limit(state)
     limit = answer.limit if answer is not None else None
@@ -181,7 +182,7 @@ def law_of(state: State) -> Law:
         return _posted(sign) if sign is not None else unknown
     if limit.mps > cautious_mps(state) and _elsewhere(state, limit):
         return unknown
-    if state.now_ns - held.legal_ns < ANSWER_SERVES_NS:
+    if todays or state.now_ns - held.legal_ns < ANSWER_SERVES_NS:
         return _answered(state, answer, "rules")
     return _answered(state, answer, "held")._replace(confidence=UNANSWERED * answer.confidence)
 

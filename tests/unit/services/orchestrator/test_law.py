@@ -101,3 +101,24 @@ def test_a_new_answer_for_the_new_place_counts_at_once() -> None:
     drive.now_ns += TICK
     drive.tick(limit_sign("limit:30"))
     assert law_of(drive.state).mps == pytest.approx(30 * KMH)
+
+
+@FEW
+@given(st.floats(0.0, 0.39), st.sampled_from((50.0, 100.0, None)), st.sampled_from(("urban", "rural", "motorway")))
+def test_a_doubted_answer_raises_no_limit_above_a_believed_sign(sure: float, kmh: float | None, road: str) -> None:
+    answer = limit_answer(kmh or 50.0, confidence=sure)
+    answer = answer if kmh is not None else replace(answer, limit=None)
+    drive = Drive(Played({**EXPERTS, "applicable_limit": lambda a: answer}), speed_mps=8.0, road=road)
+    for _ in range(40):
+        drive.tick(limit_sign("limit:30"))
+        assert drive.target_mps <= 30 * KMH + 1e-9
+        assert law_of(drive.state).mps == pytest.approx(30 * KMH)
+
+
+@FEW
+@given(st.floats(0.0, 0.39))
+def test_a_doubted_answer_below_a_sign_lowers(sure: float) -> None:
+    drive = Drive(Played({**EXPERTS, "applicable_limit": lambda a: limit_answer(30.0, confidence=sure)}))
+    drive.tick(limit_sign("limit:50"))
+    drive.ticks(40)
+    assert law_of(drive.state).mps == pytest.approx(30 * KMH)
