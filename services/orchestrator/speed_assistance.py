@@ -33,7 +33,7 @@ FELL_MPS = 0.3
 """A limit that is lower by less is the same."""
 
 VITAL = ("perception", "drivelm", "rules", "can")
-"""Without one of these services, or its topics, the limit cannot be told."""
+"""Without one of these services, its topics or the speed, the limit or an overspeed cannot be told."""
 FAULT_NS = 2_000_000_000
 """A shorter gap is no fault."""
 ADVISED_SHARE = 0.9
@@ -46,8 +46,16 @@ def stepped(state: State, ego: Ego | None, acknowledged: bool) -> State:
     if acknowledged and before.sounded_ns is not None:
         before = msgspec.structs.replace(before, ended=True)
     known = law.limit if law.told else None
-    after = step(before, known, state.speed_mps, ego, state.preferences, state.now_ns)
+    after = step(before, known, _lasting_mps(state), ego, state.preferences, state.now_ns)
     return msgspec.structs.replace(_with_limit(state, known), overspeed=after)
+
+
+def _lasting_mps(state: State) -> float | None:
+    """The speed; over a gap that is no fault yet, the one that was believed last."""
+    believed = state.held.speed
+    if state.speed_mps is not None or believed is None or state.now_ns - believed.stamp_ns >= FAULT_NS:
+        return state.speed_mps
+    return believed.mps
 
 
 def _with_limit(state: State, known: LegalLimit | None) -> State:
@@ -82,7 +90,7 @@ def assistance(state: State, fused: Fused, goal: Target) -> SpeedAssistance:
         warning=shown,
         excess_mps=max(0.0, speed_mps - limit.mps) if over and speed_mps is not None and limit is not None else 0.0,
         muted=state.preferences.muted,
-        fault=" ".join(sorted(_missing(state))),
+        fault=" ".join(sorted({*_missing(state), *(("can",) if _lasting_mps(state) is None else ())})),
     )
 
 

@@ -190,3 +190,30 @@ def test_a_pedal_beyond_its_way_ends_no_sound(absurd: float) -> None:
         assisted = Assisted()
         assisted.drive(12.0, 66.0, ego=ego)
         assert assisted.sounds() == [pytest.approx(3.1)]
+
+
+def flickering(known_s: float, unknown_s: float, seconds: float, kmh: float = 66.0) -> list[tuple[str, str]]:
+    """Warning and fault of each tick of an overspeed whose speed the car tells now and then."""
+    drive = Drive(speed_mps=kmh * KMH)
+    shown: list[tuple[str, str]] = []
+    while len(shown) < seconds * 10:
+        for drive.speed_mps, lasts_s in ((kmh * KMH, known_s), (None, unknown_s)):
+            told = (drive.tick().assistance for _ in range(round(lasts_s * 10)))
+            shown += [(each.warning, each.fault) for each in told]
+    return shown
+
+
+@given(st.integers(1, 15), st.integers(1, 19))
+def test_a_speed_that_is_missing_now_and_then_keeps_no_warning_back(known: int, unknown: int) -> None:
+    told = flickering(known / 10, unknown / 10, 6.0)
+    warnings = [warning for warning, _ in told]
+    assert warnings.index("shown") <= 15
+    assert "sounded" in warnings[:50]
+    assert "none" not in warnings[15:]
+    assert {fault for _, fault in told} == {""}
+
+
+def test_a_speed_that_is_missing_for_longer_ends_the_overspeed_and_is_a_fault() -> None:
+    told = flickering(2.0, 10.0, 12.0)
+    assert told[15] == ("shown", "")
+    assert set(told[45:]) == {("none", "can")}
