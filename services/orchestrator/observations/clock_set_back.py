@@ -5,6 +5,7 @@ from typing import Any
 import msgspec
 
 from domain import speech
+from services.orchestrator.observations.validity import EXPERT_VALID_NS
 from services.orchestrator.state import Held, InForce, Light, Overspeed, SignAhead, Signs, State
 
 
@@ -32,6 +33,9 @@ def _held(held: Held, now_ns: int) -> Held:
     fields["lost"] = tuple(
         msgspec.structs.replace(each, stamp_ns=min(each.stamp_ns, now_ns), higher_ns=None, higher_mps=None)
         for each in held.lost
+    )
+    fields["limiters"] = tuple(
+        msgspec.structs.replace(each, until_ns=min(each.until_ns, now_ns + EXPERT_VALID_NS)) for each in held.limiters
     )
     if held.speed is not None and held.speed.stamp_ns > now_ns:
         fields["speed"] = None

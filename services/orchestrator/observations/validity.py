@@ -129,6 +129,11 @@ def looked_ns(state: State, seen: Observations) -> int:
     return 0 if before is None or now is None else min(LONGEST_LOOK_NS, max(0, now.stamp_ns - before.stamp_ns))
 
 
+def step_of_clock_ns(state: State, seen: Observations) -> int:
+    """By how much the time since the last tick exceeds what lies between two ticks: the clock was set forward, or the process stood."""
+    return max(0, seen.now_ns - state.now_ns - round(MAX_STEP_S * SECOND)) if state.now_ns else 0
+
+
 def motion_of(state: State, seen: Observations) -> Motion:
     """From the car's own speed and yaw rate; an unknown speed travels no way."""
     step_s = min(MAX_STEP_S, max(0.0, (seen.now_ns - state.now_ns) / 1e9)) if state.now_ns else 0.0

@@ -25,6 +25,7 @@ from services.orchestrator.observations.validity import (
     newer,
     roads,
     sane_health,
+    step_of_clock_ns,
     yaw_rate,
 )
 from services.orchestrator.signs import signs as sign_memory
@@ -108,7 +109,8 @@ def _held(state: State, seen: Observations, motion: Motion) -> Held:
         held = msgspec.structs.replace(held, degradation=degradation, degradation_ns=car.stamp_ns)
     if motion.known:
         held = msgspec.structs.replace(held, speed=believed_speed(held, seen))
-    return msgspec.structs.replace(held, limiters=tuple(each for each in held.limiters if _stands(each, seen)))
+    later = (_later(each, step_of_clock_ns(state, seen)) for each in held.limiters)
+    return msgspec.structs.replace(held, limiters=tuple(each for each in later if _stands(each, seen)))
 
 
 def _with_envelope(told: Degradation, before: Degradation | None) -> Degradation:
@@ -116,6 +118,10 @@ def _with_envelope(told: Degradation, before: Degradation | None) -> Degradation
     if told.brake_envelope is not None or before is None:
         return told
     return msgspec.structs.replace(told, brake_envelope=before.brake_envelope)
+
+
+def _later(limiter: Limiter, by_ns: int) -> Limiter:
+    return msgspec.structs.replace(limiter, until_ns=limiter.until_ns + by_ns)
 
 
 def _stands(limiter: Limiter, seen: Observations) -> bool:

@@ -11,6 +11,7 @@ from tests.unit.services.orchestrator.scenes import acts, hostile, next_seen, on
 from tests.unit.services.orchestrator.support import (
     EXPERTS,
     FEW,
+    SECOND,
     Drive,
     Played,
     conditions,
@@ -115,3 +116,29 @@ def test_an_expert_that_sees_no_more_lifts_its_restriction() -> None:
     drive.ask.table = {**EXPERTS, "roadworks": lambda a: {}}
     drive.ticks(120)
     assert drive.target_mps > 8.0
+
+
+@FEW
+@given(st.floats(1.0, 1e6), st.integers(1, 12), st.booleans())
+def test_a_clock_that_is_set_forward_lifts_no_restriction(forward_s: float, ticks: int, gone: bool) -> None:
+    drive = Drive(Played({**EXPERTS, "roadworks": lambda a: {"target": 8.0, "confidence": 0.8}}), experts=(EXPERT,))
+    drive.ticks(20)
+    drive.ask.table = EXPERTS
+    if gone:
+        drive.base = replace(drive.base, experts=())
+    drive.now_ns += round(forward_s * SECOND)
+    for _ in range(ticks):
+        drive.tick()
+        assert drive.target_mps == pytest.approx(8.0)
+
+
+@FEW
+@given(st.floats(1.0, 1e6))
+def test_an_expert_is_asked_again_after_the_clock_was_set_back(back_s: float) -> None:
+    drive = Drive(Played({**EXPERTS, "roadworks": lambda a: {"target": 8.0, "confidence": 0.8}}), experts=(EXPERT,))
+    drive.now_ns += 2 * round(back_s * SECOND)
+    drive.ticks(20)
+    drive.ask.table = {**EXPERTS, "roadworks": lambda a: {"target": 6.0, "confidence": 0.8}}
+    drive.now_ns -= round(back_s * SECOND)
+    drive.ticks(80)
+    assert drive.target_mps == pytest.approx(6.0)
