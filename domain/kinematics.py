@@ -21,9 +21,12 @@ def needed_mps2(speed_mps: float, room_m: float, to_mps: float = 0.0) -> float:
 
 
 def needed_behind_mps2(room_m: float, ego_mps: float, lead_mps: float, lead_brakes_mps2: float) -> float:
-    """The deceleration (m/s²) that keeps the room (m) to a car ahead that goes on braking as it does, until it stands."""
+    """The deceleration (m/s²) that keeps the room (m) to a car ahead that goes on braking as it does, until it stands.
+
+    A lead below 0 m/s comes towards the ego, and goes on.
+    """
     room, closing = max(LEAST_ROOM_M, room_m), max(0.0, ego_mps - lead_mps)
-    needed = needed_mps2(closing, room)
+    needed = needed_mps2(closing, room, min(0.0, lead_mps))
     if lead_brakes_mps2 <= 0.0:
         return needed
     if closing > 0.0 and 2.0 * room / closing <= lead_mps / lead_brakes_mps2:  # both still move when the closing ends
@@ -42,7 +45,10 @@ def relative_ttc_s(gap_m: float, closing_mps: float, closing_mps2: float = 0.0) 
 
 
 def ttc_s(gap_m: float, ego_mps: float, lead_mps: float, ego_mps2: float = 0.0, lead_mps2: float = 0.0) -> float | None:
-    """When the gap (m) is used up if both keep their accelerations until they stand; None: never."""
+    """When the gap (m) is used up if both keep their accelerations until they stand; None: never.
+
+    A lead below 0 m/s comes towards the ego, and keeps its speed.
+    """
     if gap_m <= 0.0:
         return 0.0
     ego_mps, lead_mps, ego_mps2, lead_mps2 = map(_still, (ego_mps, lead_mps, ego_mps2, lead_mps2))
@@ -51,7 +57,7 @@ def ttc_s(gap_m: float, ego_mps: float, lead_mps: float, ego_mps2: float = 0.0, 
     for end in sorted((lead_halt, ego_halt, math.inf)):
         lead_speed, lead_accel = _motion(lead_mps, lead_mps2, lead_halt, start)
         ego_speed, ego_accel = _motion(ego_mps, ego_mps2, ego_halt, start)
-        speed, accel = lead_speed - ego_speed, lead_accel - ego_accel
+        speed, accel = lead_speed + min(0.0, lead_mps) - ego_speed, lead_accel - ego_accel
         root = _first_root(gap, speed, accel, 0.0, end - start)
         if root is not None:
             return _within(start + root)

@@ -77,6 +77,11 @@ def act_bounds(view: View, profile: Profile) -> Bounds:
     )
 
 
+def along_mps(track: Track, mps: float) -> float:
+    """A road user's speed over ground; below 0 it comes towards the ego, which a vehicle does only where that is known (`oncoming`)."""
+    return max(0.0, mps) if track.kind == "vehicle" else mps
+
+
 def gap_m(track: Track, profile: Profile) -> float:
     """Bumper to bumper along x; below 0 the boxes overlap."""
     return abs(track.x_m) - (track.length_m + profile.ego_length_m) / 2.0
@@ -112,7 +117,7 @@ def _ttc(gap: float, closing: float, track: Track, view: View, profile: Profile)
         # Speeds over ground are unknown here: braking that would end at standstill, or reverse the motion, is not counted on.
         return kinematics.relative_ttc_s(gap, closing, max(0.0, -track.ax_mps2))
     ego_accel = view.ego_acceleration_mps2 or 0.0
-    lead = max(0.0, view.ego_speed_mps - closing)
+    lead = along_mps(track, view.ego_speed_mps - closing)
     # A track's acceleration is over ground. A lead that speeds up is not counted on.
     return kinematics.ttc_s(gap, view.ego_speed_mps, lead, ego_accel, min(track.ax_mps2, 0.0))
 
@@ -125,16 +130,19 @@ def _d_min(track: Track, view: View, bounds: Bounds, profile: Profile) -> float 
         return rss.paper_d_min_m(ego, bounds.mu, profile.t_r_s, profile.d0_m)
     brake = bounds.mu * rss.GRAVITY_MPS2 * bounds.envelope
     follower = rss.Longitudinal(rho_s=profile.t_r_s, accel_max_mps2=profile.accel_max_mps2, brake_min_mps2=brake)
+    wrong = rss.Longitudinal(
+        rho_s=profile.oncoming_rho_s,
+        accel_max_mps2=profile.accel_max_mps2,
+        brake_min_mps2=bounds.mu * rss.GRAVITY_MPS2,
+    )
     if track.oncoming:
-        wrong = rss.Longitudinal(
-            rho_s=profile.oncoming_rho_s,
-            accel_max_mps2=profile.accel_max_mps2,
-            brake_min_mps2=bounds.mu * rss.GRAVITY_MPS2,
-        )
         distance = rss.opposite_direction_m(ego, max(0.0, -(ego + track.vx_mps)), follower, wrong)
     else:
-        lead = max(0.0, ego + track.vx_mps + bounds.sigmas * track.sigma_vx_mps)
+        lead = along_mps(track, ego + track.vx_mps + bounds.sigmas * track.sigma_vx_mps)
         distance = rss.same_direction_m(ego, lead, follower, profile.brake_max_mps2)
+        # A person who comes nearer goes on while the driver reacts, and halts without speeding up before that.
+        comes = msgspec.structs.replace(wrong, accel_max_mps2=0.0)
+        distance += rss.stopping_distance_m(-lead, comes)
     # Grip stands in the braking part already; weather's factor widens the part that is driven before anyone brakes.
     return distance + (bounds.following_factor - 1.0) * ego * profile.t_r_s + profile.d0_m
 

@@ -11,7 +11,7 @@ import msgspec
 from domain.kinematics import needed_behind_mps2
 from domain.rss import GRAVITY_MPS2
 from proto.decision import BrakeCommand, Envelope
-from services.arbiter.assessment.assess import Numbers, View
+from services.arbiter.assessment.assess import Numbers, View, along_mps
 from services.arbiter.assessment.reading import Pedals
 from services.arbiter.braking import budget
 from services.arbiter.braking.budget import PAUSE_NS
@@ -85,7 +85,8 @@ def needed_mps2(numbers: Numbers, ego_mps: float, profile: Profile) -> float:
 
 def braking_on(numbers: Numbers, ego_mps: float, profile: Profile) -> tuple[float, float]:
     """Speed of a lead, and the deceleration with which it is taken to brake on: 0 where it stands, whatever was measured."""
-    lead_mps, lead_mps2 = max(0.0, ego_mps - max(0.0, numbers.closing_mps)), max(0.0, -numbers.track.ax_mps2)
+    lead_mps = along_mps(numbers.track, ego_mps - max(0.0, numbers.closing_mps))
+    lead_mps2 = max(0.0, -numbers.track.ax_mps2)
     return lead_mps, lead_mps2 if lead_mps >= profile.stands_mps else 0.0
 
 

@@ -23,6 +23,7 @@ from services.arbiter.assessment.assess import (
     speak_bounds,
     worst,
 )
+from services.arbiter.braking.act import needed_mps2
 from tests.unit.services.arbiter.support import CALIBRATED, PAPER, track
 
 EGO_MPS, MU = 20.0, 0.5
@@ -121,6 +122,36 @@ def test_towards_somebody_who_comes_both_ways_to_a_halt_add_up() -> None:
     theirs = (12.0 + 12.5) / 2 * 1.0 + 12.5**2 / (2 * MU * GRAVITY_MPS2)
     assert found.d_min_m == pytest.approx(ours + theirs + 2.0)
     assert found.ttc_s == pytest.approx(80.0 / 32.0)
+
+
+@pytest.mark.parametrize("kind", ["cyclist", "pedestrian"])
+def test_a_person_who_comes_towards_the_ego_is_met_at_both_speeds(kind: str) -> None:
+    found = careful(track(gap_m=80.0, closing_mps=25.0, kind=kind))
+    ours = 14.1225 + 20.35**2 / (2 * MU * GRAVITY_MPS2)
+    theirs = 5.0 * 1.0 + 5.0**2 / (2 * MU * GRAVITY_MPS2)
+    assert found.d_min_m == pytest.approx(ours + theirs + 2.0)
+    assert found.ttc_s == pytest.approx(80.0 / 25.0)
+    braking = careful(track(gap_m=40.0, closing_mps=25.0, kind=kind), ego_acceleration_mps2=-10.0).ttc_s
+    assert braking == pytest.approx(2.0 + (40.0 - 20.0 - 2.0 * 5.0) / 5.0), "at 5 m/s once the ego stands"
+
+
+@given(
+    kind=st.sampled_from(("cyclist", "pedestrian")), comes_mps=st.floats(0.0, 12.0), more_mps=st.floats(0.0, 3.0),
+    gap_m=st.floats(0.0, 100.0), brakes_mps2=st.floats(0.0, 9.0), ax_mps2=st.floats(-4.0, 4.0),
+)  # fmt: skip
+def test_who_comes_faster_is_met_no_later_and_kept_no_less_far_from(
+    kind: str, comes_mps: float, more_mps: float, gap_m: float, brakes_mps2: float, ax_mps2: float
+) -> None:
+    for seen in (careful, reluctant):
+        slower, faster = (
+            seen(
+                track(gap_m, EGO_MPS + mps, kind=kind, ax_mps2=ax_mps2), ego_acceleration_mps2=-brakes_mps2,
+            )
+            for mps in (comes_mps, comes_mps + more_mps)
+        )  # fmt: skip
+        assert (faster.ttc_s or math.inf) <= (slower.ttc_s or math.inf) + 1e-6 or faster.ttc_s == 0.0
+        assert (faster.d_min_m or 0.0) >= (slower.d_min_m or 0.0) - 1e-9
+        assert needed_mps2(faster, EGO_MPS, CALIBRATED) >= needed_mps2(slower, EGO_MPS, CALIBRATED) - 1e-9
 
 
 def test_a_lead_that_brakes_is_met_sooner_and_one_that_speeds_up_no_later() -> None:
