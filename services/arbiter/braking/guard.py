@@ -106,16 +106,14 @@ def _measured(track: Track) -> bool:
 def meets(track: Track, profile: Profile, *, gives_way: bool) -> bool:
     """Whether its body and the ego's would meet, as far aside as it may be, or it drives across and cannot halt before that.
 
-    A person is braked for beside the way too.
+    A person is braked for beside the way too; a vehicle of unknown clearance is not.
     """
-    if track.kind != "vehicle" or track.clearance_m is None:
-        return True
-    return overlaps(track, profile) or drives_across(track, profile, gives_way=gives_way)
+    return track.kind != "vehicle" or overlaps(track, profile) or drives_across(track, profile, gives_way=gives_way)
 
 
 def overlaps(track: Track, profile: Profile) -> bool:
     """Whether a body lies in the ego's way, as far aside as it may be."""
-    return track.clearance_m is None or track.clearance_m + track.sigma_y_m <= -profile.act_overlap_m
+    return track.clearance_m is not None and track.clearance_m + track.sigma_y_m <= -profile.act_overlap_m
 
 
 def drives_across(track: Track, profile: Profile, *, gives_way: bool) -> bool:
@@ -145,9 +143,9 @@ def in_way_s(track: Track, profile: Profile) -> tuple[float, float]:
 
 
 def may_still_halt(track: Track, profile: Profile) -> bool:
-    """Whether a person on foot beside the way has room to halt before it, one standard deviation spared."""
+    """Whether a person on foot beside the way has room to halt before it, one standard deviation spared; where that is unknown, it may."""
     if track.kind != "pedestrian" or track.clearance_m is None:
-        return False
+        return track.kind == "pedestrian"
     needed_m = track.vy_mps * track.vy_mps / (2.0 * profile.person_stops_mps2)
     return track.clearance_m - track.sigma_y_m - needed_m > profile.act_overlap_m
 

@@ -70,7 +70,8 @@ def observations(i: int) -> Observations:
     now_ns = START_NS + i * STEP_NS
     gap_m = max(3.0, 60.0 - i * 0.4)
     lead = Track(
-        track_id=1, kind="vehicle", x_m=gap_m, y_m=0.0, vx_mps=-4.0, vy_mps=0.0, confidence=0.95, age_s=3.0, steady_s=3.0, in_ego_path=True
+        track_id=1, kind="vehicle", x_m=gap_m, y_m=0.0, vx_mps=-4.0, vy_mps=0.0, confidence=0.95, age_s=3.0, steady_s=3.0, in_ego_path=True,
+        clearance_m=-1.85,
     )  # fmt: skip
     facts: tuple[Stamped[Facts], ...] = ()
     if i == 3:

@@ -21,15 +21,18 @@ FEW = settings(max_examples=60, deadline=None)
 CALIBRATED = load("calibrated")
 PAPER = load("paper")
 GRANTED = Permission(grant_id="g-1", max_deceleration_mps2=4.0, max_duration_s=2.0, refused="")
+IN_LINE_M = -1.85
+"""The clearance of two cars in one line."""
 HANDS_OFF = Pedals(brake=0.0, accelerator=0.2, steering_rad=0.0)
 
 
 def track(gap_m: float = 15.0, closing_mps: float = 12.0, **fields: Any) -> Track:
-    """A well-seen lead car; both cars 4.5 m long."""
+    """A well-seen lead car; both cars 4.5 m long and, unless told otherwise, in one line."""
     return Track(
         **{
             "track_id": 7, "kind": "vehicle", "x_m": gap_m + 4.5, "y_m": 0.0, "vx_mps": -closing_mps, "vy_mps": 0.0,
-            "sigma_x_m": 0.3, "sigma_vx_mps": 0.3, "confidence": 0.95, "age_s": 2.0, "steady_s": 2.0, "in_ego_path": True, **fields,
+            "sigma_x_m": 0.3, "sigma_vx_mps": 0.3, "confidence": 0.95, "age_s": 2.0, "steady_s": 2.0, "in_ego_path": True,
+            "clearance_m": IN_LINE_M, **fields,
         }
     )  # fmt: skip
 

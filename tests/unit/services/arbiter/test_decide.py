@@ -14,6 +14,7 @@ from services.arbiter.decide import decide, redecide
 from services.arbiter.state import fresh
 from tests.unit.services.arbiter.support import (
     CALIBRATED,
+    FEW,
     HANDS_OFF,
     SECOND,
     acts,
@@ -171,6 +172,20 @@ def test_no_violation_in_the_own_reading_forbids_act_at_any_delta() -> None:
 def test_act_needs_bodies_that_would_surely_meet(clearance_m: float, sigma_m: float) -> None:
     aside = request(track(gap_m=15.0, closing_mps=12.0, clearance_m=clearance_m, sigma_y_m=sigma_m))
     assert acts(aside) == (clearance_m + sigma_m <= -CALIBRATED.act_overlap_m)
+
+
+@FEW
+@given(
+    kind=st.sampled_from(("vehicle", "pedestrian", "cyclist")), gap_m=st.floats(0.5, 40.0),
+    clearance_m=st.floats(-2.0, 4.0), vy_mps=st.floats(-4.0, 4.0),
+)  # fmt: skip
+def test_a_clearance_that_is_not_told_enables_no_braking(
+    kind: str, gap_m: float, clearance_m: float, vy_mps: float
+) -> None:
+    told = track(gap_m, kind=kind, clearance_m=clearance_m, vy_mps=vy_mps, sigma_y_m=0.0)
+    asked = [request(each, tick=1) for each in (told, replace(told, clearance_m=None))]
+    known, unknown = (acts(each) for each in asked)
+    assert known or not unknown
 
 
 def test_a_person_beside_the_way_is_braked_for_too() -> None:

@@ -265,7 +265,8 @@ def actor(gap_m: float, closing_mps: float = 5.0, **fields: Any) -> Track:
     """A vehicle ahead in the path."""
     given = {
         "track_id": 5, "kind": "vehicle", "x_m": gap_m + 4.5, "y_m": 0.0, "vx_mps": -closing_mps, "vy_mps": 0.0,
-        "confidence": 0.9, "age_s": 2.0, "steady_s": 2.0, "in_ego_path": True, "sigma_x_m": 0.3, "sigma_vx_mps": 0.3, **fields,
+        "confidence": 0.9, "age_s": 2.0, "steady_s": 2.0, "in_ego_path": True, "sigma_x_m": 0.3, "sigma_vx_mps": 0.3,
+        "clearance_m": None if "y_m" in fields else -1.85, **fields,
     }  # fmt: skip
     return Track(**given)
 
