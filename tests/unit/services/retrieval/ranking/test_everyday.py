@@ -49,3 +49,17 @@ def test_a_question_in_a_language_that_the_statutes_lack_is_answered_from_them_a
     library = Library(folders(), Tuning(lambdas={}), status=ABSENT)
     found = library.search(Request(query="couloir de secours dans un bouchon", jurisdiction="DEU", language="fr"))
     assert "deu-emergency-corridor" in [passage.passage_id.split("/")[1] for passage in found.passages]
+
+
+def test_a_van_on_a_motorway_is_not_answered_with_the_limit_of_all_vehicles_in_towns() -> None:
+    assert "Kraftfahrzeuge" not in law_words("ein Transporter mit 3,2 Tonnen", "de")
+    query = "Wie schnell darf ein Transporter mit 3,2 Tonnen auf der Autobahn?"
+    library = Library(tuple(each for each in folders() if each.name == "DEU-v1"), Tuning(lambdas={}), status=ABSENT)
+    found = library.search(Request(query=query, jurisdiction="DEU", corpus="statutes", language="de", k=1))
+    assert [passage.passage_id.split("/")[1] for passage in found.passages] == ["deu-speed-advisory"]
+
+
+@pytest.mark.parametrize("said", ["Reißverschlussverfahren wer darf zuerst", "beim Reißverschluss wer darf fahren"])
+def test_who_may_go_first_at_a_merge_is_no_question_of_the_right(said: str) -> None:
+    assert "rechts" not in law_words(said, "de")
+    assert "rechts" in law_words("wer darf zuerst fahren", "de")
