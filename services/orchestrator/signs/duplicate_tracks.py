@@ -9,8 +9,6 @@ from services.orchestrator.state import InForce, SignAhead
 
 SAME_M = 8.0
 """Ranges of one sign by two cameras differ by a few metres; two signs of one limit do not follow each other so closely."""
-LOST_NS = 5_000_000_000
-"""How long before its post is passed a track may have been lost."""
 RANGE_SHARE = 0.5
 """From afar only its size tells how far away a sign is: stop signs 90 m away were thought to be 129 m away."""
 
@@ -52,7 +50,7 @@ def as_passed(sign: SignAhead, restricted: Iterable[InForce], now_ns: int) -> Si
     for each in restricted:
         same = (each.posted.reading, each.posted.unit) == (sign.reading, sign.unit)
         late = now_ns - each.since_ns <= RANGE_SHARE * (now_ns - sign.seen_ns)
-        if same and late and each.posted.confidence >= SURE and 0 < each.since_ns - sign.seen_ns <= LOST_NS:
+        if same and late and each.posted.confidence >= SURE and each.since_ns > sign.seen_ns:
             return msgspec.structs.replace(sign, plates=each.posted.plates, scope=each.posted.scope, shared=True)
     return sign
 

@@ -21,8 +21,8 @@ def of_a_car(arguments: dict[str, Any]) -> RulesAnswer:
     return law_of({**arguments, "situation": {**situation, "posted": posted}})
 
 
-def on_the_motorway() -> Drive:
-    return Drive(Played({**EXPERTS, "applicable_limit": of_a_car}), road="motorway", speed_mps=30.0)
+def on_the_motorway(speed_mps: float = 30.0) -> Drive:
+    return Drive(Played({**EXPERTS, "applicable_limit": of_a_car}), road="motorway", speed_mps=speed_mps)
 
 
 def seen(track_id: int, distance_m: float, **fields: Any) -> Fact:
@@ -52,19 +52,20 @@ def test_a_sign_that_stands_elsewhere_keeps_its_own(apart_m: float) -> None:
     assert driven(LORRIES, apart_m).target_mps == pytest.approx(80 * KMH)
 
 
-def lost_from_afar(plated: dict[str, Any]) -> Drive:
+def lost_from_afar(plated: dict[str, Any], speed_mps: float = 30.0) -> Drive:
     """A track without plates ends 60 m before the post that another shows, by its size 45 m behind it."""
-    drive = on_the_motorway()
+    drive, step_m = on_the_motorway(speed_mps), speed_mps / 10.0
     drive.tick(seen(PLAIN, 105.0), seen(PLATED, 60.0))
-    for k in range(1, 20):
-        drive.tick(seen(PLATED, 60.0 - 3.0 * k, **plated))
+    for k in range(1, round(57.0 / step_m) + 1):
+        drive.tick(seen(PLATED, 60.0 - step_m * k, **plated))
     drive.tick(limit_sign("limit:80", track_id=PLATED, passed=True, **plated))
-    drive.ticks(30)
+    drive.ticks(round(90.0 / step_m))
     return drive
 
 
-def test_a_track_that_was_lost_from_afar_is_of_the_post_that_was_passed_since() -> None:
-    assert lost_from_afar(LORRIES).target_mps == pytest.approx(130 * KMH)
+@pytest.mark.parametrize("speed_mps", [9.0, 15.0, 30.0])
+def test_a_track_that_was_lost_from_afar_is_of_the_post_that_was_passed_since(speed_mps: float) -> None:
+    assert lost_from_afar(LORRIES, speed_mps).target_mps == pytest.approx(130 * KMH)
 
 
 def test_a_doubted_post_takes_no_limit_away() -> None:
