@@ -380,6 +380,8 @@ def _friction(state: State, target: Target, events: dict[str, Event]) -> Iterato
         values={"target": number},
         confidence=event.confidence,
         asked_mps=road_mps,
+    if surface == "water" and event.detail not in GRAVE:
+        return  # ordinary rain: the driver sees it, and its speed is shown beside the limit
     )
 
 

@@ -144,6 +144,19 @@ def test_where_grip_wavers_between_two_levels_each_is_news_once(levels: list[str
     assert 1 <= len(said) <= len(set(levels))
 
 
+@pytest.mark.parametrize(("level", "spoken"), [("moderate", False), ("high", True), ("severe", True)])
+def test_ordinary_rain_is_shown_beside_the_limit_and_spoken_only_where_it_is_grave(level: str, spoken: bool) -> None:
+    rain = conditions(mu=0.4, factor=0.8, risk_level=level, wet=True, precipitation="rain")
+    drive = Drive(Played({**EXPERTS, "assess_weather": lambda a: rain}), speed_mps=27.0, road="rural")
+    drive.weather = rain
+    drive.tick(fact("road_type", "rural"))
+    drive.ticks(60)
+    assert any(words.startswith("Water") for words in drive.spoken()) is spoken
+    advised_mps = drive.history[-1][2].assistance.advised_mps
+    assert advised_mps is not None
+    assert advised_mps < 27.0
+
+
 @pytest.mark.parametrize(("level", "waits"), [("moderate", True), ("high", False), ("severe", False)])
 def test_a_word_on_grip_that_is_not_grave_waits_until_a_junction_is_passed(level: str, waits: bool) -> None:
     drive = Drive(Played({"applicable_limit": law_of}), speed_mps=12.5)
