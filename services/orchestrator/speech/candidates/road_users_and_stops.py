@@ -23,7 +23,7 @@ from services.orchestrator.world.actors import (
     surely_nears,
 )
 from services.orchestrator.world.giving_way import READY_MPS
-from services.orchestrator.world.stops import REACTION_S, Stop, needed_mps2, stops
+from services.orchestrator.world.stops import REACTION_S, Stop, stops
 
 HAZARD_TTC_S = 4.0
 ALARM_TTC_S = 2.0
@@ -197,7 +197,7 @@ def stop(state: State, target: Target, events: dict[str, Event]) -> Iterator[Can
 def _stop_candidate(state: State, stop: Stop) -> Candidate | None:
     """The stop, for a driver who would not stop there by comfortable braking; or without a speed, calmly."""
     ego = state.world.ego.speed_mps
-    need = needed_mps2(stop, ego.value) if ego is not None else 0.0
+    need = _stop_needs_mps2(state, stop, ego.value) if ego is not None else 0.0
     told = _told_firmly(state, stop)
     firm = need > FIRM_MPS2 and ego is not None and ego.value > 2.0 and not (told and _stops(state, ego.value, need))
     if ego is not None and not firm and not told:
@@ -217,6 +217,17 @@ def _stop_candidate(state: State, stop: Stop) -> Candidate | None:
         confidence=stop.confidence,
         asked_mps=max(0.0, stop.approach_mps()),
     )
+
+
+def _stop_needs_mps2(state: State, stop: Stop, speed_mps: float) -> float:
+    """The deceleration that ends at the line, with the speed that a driver who speeds up towards it gains before acting on a word."""
+    change = state.world.ego.acceleration_mps2
+    gained_mps = max(0.0, change.value) * ACTS_S if change is not None else 0.0
+    return kinematics.needed_mps2(speed_mps + gained_mps, stop.room_m - gained_mps * ACTS_S / 2.0)
+
+
+ACTS_S = 1.25
+"""Until the median driver acts on a word."""
 
 
 def _stops(state: State, speed_mps: float, need_mps2: float) -> bool:

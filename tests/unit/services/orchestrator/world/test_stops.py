@@ -190,3 +190,18 @@ def test_a_second_stop_sign_that_was_seen_beside_the_first_is_stopped_for(far_m:
 @given(st.floats(190.0, 250.0))
 def test_one_that_is_too_far_behind_the_first_for_the_same_is_stopped_for(far_m: float) -> None:
     assert wanted(past_the_sign(far_m)) == ["stop_sign"]
+
+
+@pytest.mark.parametrize(("gains_mps2", "told"), [(1.6, True), (0.0, False)])
+def test_a_driver_who_speeds_up_towards_the_line_behind_a_queue_is_told_while_there_is_time_to_react(
+    gains_mps2: float, told: bool
+) -> None:
+    drive, room_m = Drive(speed_mps=2.2 if gains_mps2 else 3.0), 8.0
+    drive.acceleration_mps2 = gains_mps2
+    while room_m > 5.0:
+        show(drive, room_m + EGO_HALF_M)
+        drive.tick(fact("sign", "stop", track_id=2, distance_m=room_m + EGO_HALF_M))
+        assert drive.speed_mps is not None
+        drive.speed_mps += gains_mps2 / 10.0
+        room_m -= drive.speed_mps / 10.0
+    assert ("Stop at the line" in drive.spoken()) is told
