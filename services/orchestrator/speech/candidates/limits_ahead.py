@@ -42,13 +42,13 @@ FLICKERS_S = 5.0
 
 def approach(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:
     """A limit that the ego will not keep unless it slows down now: no message came in time, or the driver did not slow down."""
-    ego, change = state.world.ego.speed_mps, state.world.ego.acceleration_mps2
+    ego = state.world.ego.speed_mps
     lower = lowest(_exceeded(state, binding_ahead(state)), target.law.limit)
     if lower is None or ego is None:
         return
     if told_within(state, Kind.APPROACH, HEEDS_S) or any(told_within(state, kind, REACTION_S) for kind in CALMER):
         return  # the driver acts on it
-    if change is not None and _heeds(ego.value, -change.value, lower):
+    if _heeds(state, lower):
         return
     announced = _announced(state, lower)
     slow = announced._replace(
@@ -71,9 +71,13 @@ def _told(state: State, announced: Candidate) -> bool:
     return told is not None and told.news == announced.news and told_within(state, Kind.AHEAD, announced.repeat_s)
 
 
-def _heeds(speed_mps: float, slowing_mps2: float, lower: LimitAhead) -> bool:
+def _heeds(state: State, lower: LimitAhead) -> bool:
     """Whether the ego slows down enough: to the limit, or as with the foot lifted and to nearly the limit."""
-    left_mps2 = speed_mps**2 - 2.0 * slowing_mps2 * _room_m(lower)
+    ego, change = state.world.ego.speed_mps, state.world.ego.acceleration_mps2
+    if ego is None or change is None:
+        return False
+    slowing_mps2 = -change.value
+    left_mps2 = ego.value**2 - 2.0 * slowing_mps2 * _room_m(lower)
     return left_mps2 <= ((NEARLY if slowing_mps2 >= LIFTED_MPS2 else 1.0) * lower.mps) ** 2
 
 
@@ -102,10 +106,10 @@ def past(state: State) -> tuple[Kind, ...]:
 
 
 def ahead(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:
-    """The lowest limit ahead that the ego drives faster than, when it is time to lift the foot."""
+    """The lowest limit ahead that the ego drives faster than, when it is time to lift the foot; not for a driver who slows down enough."""
     ego = state.world.ego.speed_mps
     lower = lowest(_exceeded(state, limits_ahead(state)), target.law.limit)
-    if lower is None or told_within(state, Kind.FOREIGN, EXPLAINED_S):
+    if lower is None or told_within(state, Kind.FOREIGN, EXPLAINED_S) or _heeds(state, lower):
         return
     if ego is None or _spare_s(lower, ego.value, LIFTED_MPS2) <= 0.0:
         yield _announced(state, lower)

@@ -165,15 +165,17 @@ def test_a_limit_for_lorries_is_none_for_a_car() -> None:
     assert drive.target_mps > 26.0
 
 
-def test_who_brakes_already_as_hard_as_it_takes_is_not_told_to() -> None:
+def test_who_brakes_already_as_hard_as_it_takes_hears_of_it_only_when_the_braking_ends() -> None:
     drive = Drive(Played(arbiter=arbiter()), speed_mps=27.0, road="rural")
     drive.ticks(20)
-    drive.acceleration_mps2 = -2.0
-    drive.tick(limit_sign("limit:80", passed=False, distance_m=112.0))
-    assert drive.spoken()[-1] == CALM
-    drive.acceleration_mps2 = -1.0
-    drive.ticks(33)
-    assert drive.spoken()[-1] == FIRM
+    before = len(drive.spoken())
+    for slowing_mps2, said in ((2.0, []), (0.0, [CALM])):
+        drive.acceleration_mps2 = -slowing_mps2
+        for _ in range(8):
+            assert drive.speed_mps is not None
+            drive.speed_mps -= slowing_mps2 * TICK_S
+            drive.tick(limit_sign("limit:80", passed=False, distance_m=125.0))
+        assert drive.spoken()[before:] == said
 
 
 def test_a_lower_limit_that_may_not_hold_hides_no_other_that_does() -> None:
