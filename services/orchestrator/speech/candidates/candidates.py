@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from domain.units import legal_limit, limit_text
+from domain.units import legal_limit, limit_text, to_mps
 from proto.decision import Event
 from proto.messages import ROWS, WEIGHT, Kind
 from proto.rules import LegalLimit, RulesAnswer
@@ -13,7 +13,14 @@ from services.orchestrator.events import foreign_sign
 from services.orchestrator.law.limits_ahead import LimitAhead, binding_ahead, limits_ahead
 from services.orchestrator.signs.limits import in_force, unit_and_side
 from services.orchestrator.speech.candidate import Candidate, Maker, told_within
-from services.orchestrator.speech.candidates.limits_ahead import ahead, approach, is_near, lowest, told_of_less
+from services.orchestrator.speech.candidates.limits_ahead import (
+    ahead,
+    approach,
+    is_near,
+    lowest,
+    told_of_less,
+    was_announced,
+)
 from services.orchestrator.speech.candidates.road_users_and_stops import give_way, go, lead, person, stop
 from services.orchestrator.speech.wording import (
     advised_number,
@@ -301,6 +308,10 @@ def _foreign(state: State, target: Target, events: dict[str, Event]) -> Iterator
     sign = foreign_sign(state)
     if sign is None or meaning.reading != sign.reading or sign.head == "border":
         return  # a border is told by its country
+    if sign.value is not None and is_near(state, to_mps(sign.value, sign.unit or "km/h")):
+        return  # whatever the plate means, that limit is kept
+    if any(each.sign.track_id == sign.track_id and was_announced(state, each) for each in binding_ahead(state)):
+        return  # it holds here, and was told
     ahead_here = next((each for each in limits_ahead(state) if each.sign.track_id == sign.track_id), None)
     yield Candidate(
         kind=Kind.FOREIGN,
@@ -369,6 +380,8 @@ def _friction(state: State, target: Target, events: dict[str, Event]) -> Iterato
     if slow and event.detail != "severe":
         return
     surface = _of_the_surface(conditions)
+    if surface == "water" and event.detail not in GRAVE:
+        return  # ordinary rain: the driver sees it, and its speed is shown beside the limit
     if surface in _OPEN and state.now_ns - event.since_ns < SETTLES_S * 1e9:
         return
     number = advised_number(state.preferences, road_mps, target.law.limit) if road_mps is not None else ""
@@ -380,8 +393,6 @@ def _friction(state: State, target: Target, events: dict[str, Event]) -> Iterato
         values={"target": number},
         confidence=event.confidence,
         asked_mps=road_mps,
-    if surface == "water" and event.detail not in GRAVE:
-        return  # ordinary rain: the driver sees it, and its speed is shown beside the limit
     )
 
 

@@ -7,7 +7,7 @@ import msgspec
 from domain.kinematics import needed_mps2
 from domain.units import posted_text, to_mps
 from proto.decision import Event
-from proto.messages import Kind
+from proto.messages import ROWS, Kind
 from proto.rules import LegalLimit
 from proto.speech import News
 from services.orchestrator.law.limits_ahead import LimitAhead, binding_ahead, limits_ahead
@@ -54,7 +54,7 @@ def approach(state: State, target: Target, events: dict[str, Event]) -> Iterator
     slow = announced._replace(
         phrase="slow_ahead", urgency="advice", kind=Kind.APPROACH, tells=(Kind.AHEAD, announced.news)
     )
-    if not _told(state, announced):
+    if not was_announced(state, lower):
         if _spare_s(lower, ego.value) <= 0.0:
             yield slow
     elif (
@@ -66,9 +66,11 @@ def approach(state: State, target: Target, events: dict[str, Event]) -> Iterator
         yield slow._replace(news=msgspec.structs.replace(slow.news, grave=True), urgency="warning")
 
 
-def _told(state: State, announced: Candidate) -> bool:
+def was_announced(state: State, lower: LimitAhead) -> bool:
+    """Whether the driver was told recently that such a limit is ahead."""
     told = state.memory.last(Kind.AHEAD)
-    return told is not None and told.news == announced.news and told_within(state, Kind.AHEAD, announced.repeat_s)
+    same = told is not None and told.news == News(value=lower.value, unit=lower.unit)
+    return same and told_within(state, Kind.AHEAD, ROWS[Kind.AHEAD].repeat_s)
 
 
 def _heeds(state: State, lower: LimitAhead) -> bool:

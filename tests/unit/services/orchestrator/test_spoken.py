@@ -153,8 +153,35 @@ def test_a_foreign_plate_is_explained_in_the_drivers_language() -> None:
     assert "30 when wet" in drive.spoken()
 
 
+def test_a_foreign_plate_under_a_limit_that_the_driver_keeps_is_explained_once_he_goes_beyond_it() -> None:
+    drive = Drive(speed_mps=40 * KMH, road="rural")
+    drive.ticks(60)
+    wet: dict[str, Any] = {"scope": "when_wet", "plates": ("plate:when_wet:de",), "distance_m": 60.0}
+
+    def explained(speed_kmh: float) -> bool:
+        drive.comes_to(speed_kmh * KMH)
+        seen = [drive.tick(limit_sign("limit:50", passed=False, **wet)) for _ in range(12)]
+        return any(each.advisory.topic == "foreign" for each in seen)
+
+    assert not explained(40.0)
+    assert explained(66.0)
+
+
+def test_a_plate_under_a_limit_that_holds_and_was_announced_is_not_explained_as_well() -> None:
+    drive = Drive(Played({**EXPERTS, "assess_weather": lambda a: conditions(wet=True)}), speed_mps=27.0, road="rural")
+    drive.weather = conditions(wet=True)
+    drive.ticks(60)
+    sign: dict[str, Any] = {"passed": False, "distance_m": 70.0}
+    drive.tick(limit_sign("limit:80", **sign))
+    before = len(drive.spoken())
+    for _ in range(30):
+        drive.tick(limit_sign("limit:80", scope="when_wet", plates=("plate:when_wet:de",), **sign))
+    assert drive.spoken()[before - 1] == "Slow down: 80 ahead"
+    assert not any("when wet" in words for words in drive.spoken())
+
+
 def test_two_foreign_plates_in_turn_are_explained_once_each() -> None:
-    drive = Drive()
+    drive = Drive(speed_mps=20.0)
     drive.ticks(60)
     for track_id, value in ((11, 60), (12, 50), (13, 60), (14, 50)):
         wet: dict[str, Any] = {
