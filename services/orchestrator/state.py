@@ -157,6 +157,8 @@ class Light(msgspec.Struct, frozen=True, kw_only=True):
     """Where the lamp's arrow points (`left`, `straight`, `right`); empty: a round lamp, for every way."""
     missed_ns: int = 0
     """For how long pictures of the road were read without it since."""
+    lined: bool = False
+    """A map told its own line, which may be passed by now."""
     lost_at_line: bool = False
     """The ego stood at the line with the lamp above the cameras' view: its state is unknown."""
 

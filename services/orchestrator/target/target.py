@@ -25,7 +25,7 @@ from services.orchestrator.world.actors import KNOWN_CONFIDENCE, Way, known, tra
 from services.orchestrator.world.car_faults import UNKNOWN_BRAKES
 from services.orchestrator.world.conditions import UNKNOWN_FOLLOWING_FACTOR, UNKNOWN_SPEED_FACTOR
 from services.orchestrator.world.giving_way import READY_MPS, Place, place
-from services.orchestrator.world.stops import Stop, lines, people_ahead
+from services.orchestrator.world.stops import COMFORT_MPS2, Stop, lines, people_ahead
 
 KMH = 1.0 / 3.6
 CAUTIOUS_MPS: dict[str, float] = {
@@ -150,7 +150,7 @@ def target(state: State) -> Target:
         Bound(law.allowed_mps * factor, "law", law.basis, law.confidence, factor),
         *_ahead(state, factor),
         *_doubts(state, law, factor),
-        *(_stop(each) for each in lines(state)),
+        *(_line(state, each) for each in lines(state)),
         *actors,
         *_lost_light(state),
         *(Bound(READY_MPS, each.why, "map", each.confidence) for each in (here,) if each is not None),
@@ -315,6 +315,15 @@ def headway_factor(state: State) -> float:
         vehicle = max(1.0 + car.h, min(MOST_HEADWAY, 1.0 / _braking_left(car.brake_envelope)))
     can = asked.headway_factor if asked is not None else 1.0
     return max(1.0, weather, vehicle, can, *(each.headway_factor for each in state.held.limiters))
+
+
+def _line(state: State, stop: Stop) -> Bound:
+    """Of a line that is a guess down at the rate of comfortable braking: where it is first told nearby, nothing falls at once."""
+    bound, held = _stop(stop), state.held
+    if not stop.unmapped or held.target_mps is None or held.target_ns is None:
+        return bound
+    passed_s = min(1.0, max(0.0, (state.now_ns - held.target_ns) / 1e9))
+    return bound._replace(mps=max(bound.mps, held.target_mps - COMFORT_MPS2 * passed_s))
 
 
 def _stop(stop: Stop) -> Bound:

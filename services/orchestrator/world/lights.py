@@ -185,4 +185,5 @@ def _read_light(light: Light | None, fact: Fact, now_ns: int) -> Light | None:
         distance_m=read.at_m if read.at_m is not None else held.distance_m,
         track_id=fact.track_id,
         arrow="" if read.same and not held.arrow else read.arrow,
+        lined=held.lined and (read.same or abs(read.beyond_m) <= LAMPS_APART_M),
     )

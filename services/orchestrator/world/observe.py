@@ -35,7 +35,7 @@ from services.orchestrator.world.conditions import settle
 from services.orchestrator.world.giving_way import by_map
 from services.orchestrator.world.lights import light_ahead
 from services.orchestrator.world.road_kind import assumed, evidence, fast_since
-from services.orchestrator.world.stop_lines import halted, halted_at_line, on_map, stop_line
+from services.orchestrator.world.stop_lines import halted, halted_at_line, on_map, stop_line, with_line
 
 T = TypeVar("T")
 GONE_EXPERT_NS = 60 * SECOND
@@ -54,7 +54,7 @@ def observe(state: State, seen: Observations) -> State:
         tick=state.tick + 1,
         now_ns=now_ns,
         signs=signs,
-        light=light_ahead(state.light, facts, motion, now_ns),
+        light=with_line(light_ahead(state.light, facts, motion, now_ns), line),
         stop_m=line[0],
         stop_kind=line[1],
         give_way=by_map(state.give_way, mapped, motion),

@@ -1,9 +1,11 @@
 """The stop line ahead, and whether the ego has stood at the one that its stop sign means."""
 
+import msgspec
+
 from services.orchestrator.observations.inputs import Observations, RoadAhead, along_lane
 from services.orchestrator.observations.validity import STANDING_MPS, VALID_NS, Motion, fresh
 from services.orchestrator.signs.duplicate_tracks import is_earlier_track
-from services.orchestrator.state import SignAhead, Signs, State
+from services.orchestrator.state import Light, SignAhead, Signs, State
 from services.orchestrator.world.actors import EGO_HALF_M
 
 LINE_PASSED_M = -1.0
@@ -19,6 +21,10 @@ SAME_LINE_M = 10.0
 """Stop signs so close to each other mean one line: one on either side, or one that two cameras place differently."""
 SIGN_TO_LINE_M = 20.0
 """How far a sign may stand from its line, with the error of its range."""
+BEHIND_LIGHT_M = 15.0
+"""A line so far behind a light, at most, is that light's: the error of its range."""
+STOP_LINES = ("light", "stop_line", "crossing")
+"""Lines of a map at which a red light is waited for."""
 RULING = ("stop_line", "light", "yield_line")
 """Lines that settle the right of way."""
 KINDS = (*RULING, "crossing")
@@ -51,6 +57,18 @@ def stop_line(state: State, mapped: RoadAhead | None, motion: Motion) -> tuple[f
         return next(((line.distance_m, line.kind) for line in mapped.stop_lines), (None, ""))
     at_m = reckoned(state.stop_m, motion)
     return at_m, state.stop_kind if at_m is not None else ""
+
+
+def with_line(light: Light | None, line: tuple[float | None, str]) -> Light | None:
+    """The light, with whether the map tells its own line."""
+    if light is None or light.lined or line[1] != "light" or is_beyond(line[0], light):
+        return light
+    return msgspec.structs.replace(light, lined=True)
+
+
+def is_beyond(line_m: float | None, light: Light) -> bool:
+    """Whether no line is known, or surely that of another light."""
+    return line_m is None or (light.distance_m is not None and line_m > light.distance_m + BEHIND_LIGHT_M)
 
 
 def stop_signs(signs: Signs) -> tuple[SignAhead, ...]:

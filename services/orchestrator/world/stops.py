@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 from domain import kinematics
 from proto.perception import Track
-from services.orchestrator.state import State
+from services.orchestrator.state import Light, State
 from services.orchestrator.world.actors import EGO_HALF_M, people
-from services.orchestrator.world.stop_lines import beyond, line_of, stop_signs, unexplained_line
+from services.orchestrator.world.stop_lines import STOP_LINES, beyond, is_beyond, line_of, stop_signs, unexplained_line
 
 REACTION_S = 1.9
 """Until 85 % of drivers act on a word (Lerner 1993)."""
@@ -19,8 +19,6 @@ COMFORT_MPS2 = 2.0
 UNKNOWN_STOP_M = 60.0
 LINE_CONFIDENCE = 0.7
 """Of a stop line that a map knows and nothing was seen of."""
-STOP_LINES = ("light", "stop_line", "crossing")
-"""Lines of a map at which a red light is waited for."""
 
 
 def to_be_told_m(speed_mps: float, slower_mps: float, slowing_mps2: float = COMFORT_MPS2) -> float:
@@ -37,6 +35,8 @@ class Stop(NamedTuple):
     confidence: float
     track: Track | None = None
     """The person; None: the stop is a line."""
+    unmapped: bool = False
+    """The line is a guess beside the map's."""
 
     def approach_mps(self) -> float:
         """The speed from which comfortable braking ends at the line."""
@@ -78,7 +78,18 @@ def _red(state: State) -> Stop | None:
     if light is None or light.lost_at_line or light.permits:
         return None
     line_m = state.stop_m if state.stop_kind in STOP_LINES else None
-    return _at("red_light", line_m if line_m is not None else light.distance_m, light.confidence)
+    unmapped = line_m is not None and not light.lined and is_beyond(line_m, light)
+    stop = _at("red_light", _by_now_m(state, light) if line_m is None or unmapped else line_m, light.confidence)
+    return stop._replace(unmapped=unmapped) if stop is not None else None
+
+
+def _by_now_m(state: State, light: Light) -> float | None:
+    """Where the light may be by now; at an unknown speed as near as the last one brings it, and never passed."""
+    at_m, last = light.distance_m, state.held.speed
+    if at_m is None or state.speed_mps is not None or last is None:
+        return at_m
+    since_ns = max(0, state.now_ns - last.stamp_ns)
+    return max(min(at_m, EGO_HALF_M), at_m - max(0.0, last.mps) * since_ns / 1e9)
 
 
 def _sign(state: State) -> Stop | None:

@@ -224,11 +224,12 @@ def test_a_longer_blindness_never_raises_the_target(drive: Drive, gaps: list[str
 
     A second absurd speed, nearer to the first than to the one believed, is believed: then the bound of a lead rises as slowly as it may.
     """
-    stood = target(one(drive, next_seen(drive)))
+    # A thousandth of a second at a time: nothing is passed meanwhile.
+    soon_ns = 1_000_000
+    stood = target(one(drive, replace(next_seen(drive), now_ns=drive.now_ns + soon_ns)))
     drive.ask.table = {}
     for count, way in enumerate(gaps, 1):
-        # A thousandth of a second at a time: nothing is passed meanwhile.
-        seen = replace(LESS[way](next_seen(drive), x), now_ns=drive.now_ns + 1_000_000)
+        seen = replace(LESS[way](next_seen(drive), x), now_ns=drive.now_ns + soon_ns)
         ticked = one(drive, seen)
         drive.state, drive.now_ns = ticked.state, seen.now_ns
         assert target(ticked) <= stood + RISES_MPS2 * 0.001 * count + 1e-9

@@ -288,6 +288,48 @@ def test_a_distance_that_no_lamp_has_takes_no_red_away(absurd_m: float, passed: 
     assert drive.target_mps <= stood
 
 
+@pytest.mark.parametrize("kind", ["light", "crossing", "stop_line"])
+@pytest.mark.parametrize("light_m", [30.0, 60.0, 90.0])
+def test_a_line_of_the_map_far_behind_a_red_light_is_not_its_line(kind: str, light_m: float) -> None:
+    drive = Drive(speed_mps=13.0)
+    before_mps, at_m = drive.target_mps, light_m
+    while at_m > 5.0:
+        drive.lines = (StopLine(distance_m=at_m + 120.0, kind=kind),)  # type: ignore[arg-type]
+        ticked = drive.tick(lamp("red", distance_m=at_m))
+        assert "red_light" in {event.detail for event in ticked.events if event.kind == "stop_required"} or at_m > 55.0
+        assert drive.target_mps >= before_mps - 0.2 - 1e-9
+        before_mps, at_m = drive.target_mps, at_m - 0.1 * min(13.0, drive.target_mps)
+        drive.speed_mps = min(13.0, drive.target_mps)
+    assert drive.target_mps < (10.0 if light_m < 45.0 else 4.0)
+
+
+@FEW
+@given(light_m=st.floats(-2.0, 120.0), speed_mps=st.floats(1.0, 20.0), ticks=st.integers(1, 15))
+def test_an_unknown_speed_brings_a_red_light_without_a_line_no_farther_away(
+    light_m: float, speed_mps: float, ticks: int
+) -> None:
+    known, unknown = Drive(speed_mps=speed_mps), Drive(speed_mps=speed_mps)
+    for drive in (known, unknown):
+        drive.lines = (StopLine(distance_m=250.0, kind="light"),)
+        drive.tick(lamp("red", distance_m=light_m))
+    unknown.speed_mps = None
+    for drive in (known, unknown):
+        drive.ticks(ticks)
+    assert unknown.target_mps <= known.target_mps + 1e-9 or known.state.light is None
+    assert state(unknown) == "red"
+
+
+def test_a_red_light_that_is_passed_binds_no_more() -> None:
+    drive = Drive(speed_mps=10.0)
+    free_mps = drive.target_mps
+    drive.lines = (StopLine(distance_m=250.0, kind="light"),)
+    drive.tick(lamp("red", distance_m=5.0))
+    assert drive.target_mps < free_mps
+    drive.ticks(10)
+    assert not [stop for stop in stops(drive.state) if stop.why == "red_light"]
+    assert drive.target_mps == pytest.approx(free_mps)
+
+
 @given(across_m=st.floats(8.0, 40.0), speed_mps=st.floats(2.0, 14.0), next_m=st.floats(80.0, 200.0))
 def test_behind_its_line_the_ego_is_not_to_stop_before_a_light_across_the_junction(
     across_m: float, speed_mps: float, next_m: float
