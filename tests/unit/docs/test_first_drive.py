@@ -14,7 +14,7 @@ def test_the_drive_says_what_the_page_reads(tmp_path: Path) -> None:
     for line in blocks(PAGE, "text").splitlines():
         words = line.strip().removesuffix("...").split()
         assert " ".join(words) in shown
-    assert "silent share 98.0%" in told
+    assert "silent share 98.5%" in told
     assert "200 ticks, 200 identical decisions, 0 different" in told
     assert "SPEAK: Brake: vehicle ahead" in told
     assert told.count("verified") >= 3
