@@ -90,7 +90,7 @@ def _track(approach: Approach, number: int, gap_m: float, vx_mps: float) -> Trac
     return Track(
         track_id=7, kind=approach.kind, x_m=gap_m + (EGO_M + LEAD_M) / 2.0, y_m=0.0, vx_mps=vx_mps, vy_mps=0.0,
         length_m=LEAD_M, sigma_x_m=0.3, sigma_vx_mps=0.5, confidence=approach.confidence, age_s=number * TICK_S, steady_s=number * TICK_S,
-        in_ego_path=True,
+        in_ego_path=True, clearance_m=-1.8, sigma_y_m=0.3,
     )  # fmt: skip
 
 

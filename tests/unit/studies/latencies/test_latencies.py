@@ -20,6 +20,8 @@ from studies.latencies.__main__ import main
 from studies.latencies.measure import STAGES, measure
 
 SPEC = RunSpec(scenario="urb-rain/development/11", seed=1, seconds=1.5, sensors="model")
+SPOKEN = RunSpec(scenario="urb-rain", seed=7, seconds=5.5, sensors="model")
+"""A drive that says something in its sixth second."""
 
 
 def table(**tools: Took) -> Latencies:
@@ -147,7 +149,7 @@ def test_a_run_takes_the_table_and_its_key_says_so(tmp_path: Path) -> None:
     for number, modelled_ms in enumerate(
         ({}, dict.fromkeys(("applicable_limit", "assess_weather", "interpret_sign"), 17.5))
     ):
-        spec, seen = msgspec.structs.replace(SPEC, modelled_ms=modelled_ms), list[Advisory]()
+        spec, seen = msgspec.structs.replace(SPOKEN, modelled_ms=modelled_ms), list[Advisory]()
         drive(spec, tmp_path / str(number), lambda node, seen=seen: hears(node, seen))  # type: ignore[misc]
         first.append(next(each.event_to_advice_ms for each in seen if each.event_to_advice_ms))
     assert first == [4.0, 17.5]
