@@ -63,3 +63,20 @@ def test_a_van_on_a_motorway_is_not_answered_with_the_limit_of_all_vehicles_in_t
 def test_who_may_go_first_at_a_merge_is_no_question_of_the_right(said: str) -> None:
     assert "rechts" not in law_words(said, "de")
     assert "rechts" in law_words("wer darf zuerst fahren", "de")
+
+
+@pytest.mark.parametrize(
+    ("pack", "language", "query", "first"),
+    [
+        ("FRA-v1", "en", "May I tow my friend's broken-down car on the autoroute?", "fra-motorway-recovery"),
+        ("FRA-v1", "fr", "Le tramway arrive au carrefour, qui passe en premier ?", "fra-tram-priority"),
+        ("FRA-v1", "en", "Can I overtake a stopped school bus in France?", "fra-stop-passengers"),
+        ("FRA-v1", "en", "A city bus is pulling out in front of me, must I let it go?", "fra-bus-leaving"),
+        ("DEU-v1", "de", "Vor mir hält die Tram und die Leute steigen auf die Fahrbahn aus", "deu-bus-stop"),
+        ("CHE-v1", "en", "I'm a new driver in Switzerland, what are my limits on the motorway?", "che-novice"),
+    ],
+)
+def test_what_a_driver_asks_is_answered_with_its_own_rule(pack: str, language: str, query: str, first: str) -> None:
+    library = Library(tuple(each for each in folders() if each.name == pack), Tuning(lambdas={}), status=ABSENT)
+    asked = Request(query=query, jurisdiction=pack[:3], corpus="statutes", language=language, k=1)
+    assert [passage.passage_id.split("/")[1] for passage in library.search(asked).passages] == [first]
