@@ -159,7 +159,7 @@ def test_the_page_begins_with_what_holds(tmp_path: Path) -> None:
     page.write(tmp_path / "results.md", tables, about, ["- **One**: 1 of 1 goals hold."])
     text = (tmp_path / "results.md").read_text(encoding="utf-8")
     assert text.index("## What holds and what does not\n\n- **One**: 1 of 1 goals hold.\n\n") < text.index(
-        "Made by the command"
+        "The command below"
     )
     page.write(tmp_path / "other.md", tables, about)
     assert "What holds" not in (tmp_path / "other.md").read_text(encoding="utf-8")
