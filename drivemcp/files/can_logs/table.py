@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import can
 
 from drivemcp.files.can_logs.text import Form, excerpt, seconds
+from drivemcp.files.since_1970 import UNTOLD_TO, counts_per_s
 
 HEAD_LINES = 200
 LOOK_ROWS = 1000
@@ -21,7 +22,7 @@ _UNIT = r"[ _]*[(\[]?(?P<unit>s|sec|seconds|ms|msec|us|µs|ns)?[)\]]?"
 _BASE = r"(?:[ _]*[(\[]?(?P<base>hex|dec)[a-z]*[)\]]?)?"
 _OWN = r"(?:can_dataframe[._])?"
 COLUMNS: Mapping[str, str] = {
-    "time": rf"(?:abs(?:olute)?[ _]?)?time(?:[ _]?stamps?|[ _]?offset|stampepoch)?{_UNIT}|zeit(?:stempel)?{_UNIT.replace('unit', 'unit2')}",
+    "time": rf"(?:(?:abs(?:olute)?[ _]?)?time(?:[ _]?stamps?|[ _]?offset|stampepoch)?|zeit(?:stempel)?){_UNIT}",
     "id": rf"{_OWN}(?:(?:arb(?:itration)?|can|message|msg)?[ _]?id|identifier|addr(?:ess)?){_BASE}",
     "extended": rf"{_OWN}(?:ide|xtd|ext(?:ended)?|is[ _]extended.*)",
     "bus": rf"{_OWN}(?:bus[ _]?channel|bus|channel|chn|kanal)",
@@ -84,14 +85,12 @@ def _header(lines: int, delimiter: str, names: Sequence[str]) -> Header | None:
     return Header(
         lines, delimiter, {what: found[0] for what, found in matched.items() if found},
         () if data else tuple(at for at, _ in each_byte),
-        time[1]["unit"] or time[1]["unit2"] or ("us" if ours else ""), _BASES[id_said], _BASES[data_said or ("hex" if ours else "")],
+        time[1]["unit"] or ("us" if ours else ""), _BASES[id_said], _BASES[data_said or ("hex" if ours else "")],
     )  # fmt: skip
 
 
 _BASES: Mapping[str | None, int] = {"hex": 16, "dec": 10, "": 0, None: 0}
 _PER_S = {"ms": 1e3, "msec": 1e3, "us": 1e6, "µs": 1e6, "ns": 1e9}
-SINCE_1970 = ((1e17, 1e9), (1e14, 1e6), (1e11, 1e3))
-"""Nano-, micro- and milliseconds since 1970 by their magnitude."""
 
 
 def _cells(line: str, delimiter: str) -> list[str]:
@@ -136,7 +135,7 @@ class Table(Form):
         return _Rows(self, lines)
 
     def message(self, line: str) -> can.Message:
-        """The frame of a row. Raises ValueError or IndexError where it is none."""
+        """The frame of a row. Raises ValueError or IndexError where the row holds no frame."""
         if self._without_unit:
             raise ValueError
         row = _cells(line, self._header.delimiter)
@@ -145,7 +144,7 @@ class Table(Form):
         extended = (
             self._true(row, "extended") if "extended" in self._header.places else number > 0x7FF or text[-1:] in "xX"
         )
-        remote = self._true(row, "remote") if "remote" in self._header.places else False
+        remote = self._true(row, "remote")
         data = bytes(int(each, self._data_base) for each in self._bytes(row))
         length = self._cell(row, "length")
         told = int(length) if length.isdigit() else len(data)
@@ -163,8 +162,7 @@ class Table(Form):
         value = seconds(text)
         if value is None:
             raise ValueError
-        scale = next((scale for least, scale in SINCE_1970 if value > least), 1.0)
-        return value / _PER_S.get(self._header.unit, scale)
+        return value / _PER_S.get(self._header.unit, counts_per_s(value))
 
     def _cell(self, row: Sequence[str], what: str) -> str:
         at = self._header.places.get(what)
@@ -215,6 +213,6 @@ class _Rows:
 def _whole_numbers(times: Sequence[str]) -> bool:
     """Whether times are whole numbers that may count anything: not since 1970, and most a step of more than a second apart."""
     values = [int(each) for each in times if each.isdigit()]
-    if len(values) < max(2, len(times)) or max(values) > SINCE_1970[-1][0]:
+    if len(values) < max(2, len(times)) or max(values) > UNTOLD_TO:
         return False
     return statistics.median(after - before for before, after in itertools.pairwise(values)) > 1

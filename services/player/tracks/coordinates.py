@@ -16,7 +16,7 @@ AXES = {"latitude": "NS", "longitude": "EW"}
 
 
 def degrees(text: str, axis: str) -> float | None:
-    """What a text says of an `axis` (latitude, longitude) in degrees; None where it is none, or of the other axis."""
+    """The angle in degrees that a text gives for an `axis` (latitude, longitude); None without an angle, or with one of the other axis."""
     if (value := number(text)) is not None:
         return value
     found = _WRITTEN.fullmatch(text.strip())

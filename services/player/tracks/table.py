@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from datetime import UTC, datetime
 from typing import NamedTuple
 
+from drivemcp.files.since_1970 import counts_per_s
 from services.player.can_log import SPEED_UNITS
 from services.player.tracks.coordinates import degrees, in_minutes, of_minutes
 from services.player.tracks.fix import Clock, Fix, Left, number
@@ -74,7 +75,7 @@ def fixes(text: str, left: Left) -> Iterator[Fix]:
 
 
 def _columns(names: list[str]) -> dict[str, str]:
-    """The names of the columns by what they say, empty where there is none. Raises OtherTableError."""
+    """The name of the column for each quantity, empty where the table has no such column. Raises OtherTableError."""
     columns = {what: _column(names, pattern) for what, pattern in COLUMNS.items()}
     for place, side in (("latitude", "north or south"), ("longitude", "east or west")):
         if columns[place] == columns[side]:  # `latitude_ref` before `latitude`
@@ -158,10 +159,6 @@ def _speed_column(names: list[str]) -> tuple[str, float]:
     return "", 1.0
 
 
-SINCE_1970 = ((1e17, 1e9), (1e14, 1e6), (1e11, 1e3))
-"""Nano-, micro- and milliseconds since 1970 by their magnitude."""
-
-
 def _time(text: str, unit: str | None, delimiter: str, clock: Clock, *, digits: bool = False) -> float | None:
     """Seconds; of a date that is not ISO 8601 the time of day counts, since day and month may stand in either order.
 
@@ -171,8 +168,7 @@ def _time(text: str, unit: str | None, delimiter: str, clock: Clock, *, digits: 
         return clock.after(int(found[1]) * 3600 + int(found[2]) * 60 + float(found[3]))
     value = number(text, delimiter)
     if value is not None:
-        scale = next((scale for least, scale in SINCE_1970 if value > least), 1.0)
-        return value / TIME_UNITS.get(unit or "", scale)
+        return value / TIME_UNITS.get(unit or "", counts_per_s(value))
     try:
         at = datetime.fromisoformat(re.sub(r"\s*UTC$", "+00:00", text.strip()))
     except ValueError:

@@ -25,6 +25,8 @@ from services.orchestrator.world.actors import (
 from services.orchestrator.world.giving_way import READY_MPS
 from services.orchestrator.world.stops import REACTION_S, Stop, stops
 
+ACTS_S = 1.25
+"""Until the median driver acts on a word."""
 HAZARD_TTC_S = 4.0
 ALARM_TTC_S = 2.0
 FIRM_MPS2 = 1.5
@@ -224,10 +226,6 @@ def _stop_needs_mps2(state: State, stop: Stop, speed_mps: float) -> float:
     change = state.world.ego.acceleration_mps2
     gained_mps = max(0.0, change.value) * ACTS_S if change is not None else 0.0
     return kinematics.needed_mps2(speed_mps + gained_mps, stop.room_m - gained_mps * ACTS_S / 2.0)
-
-
-ACTS_S = 1.25
-"""Until the median driver acts on a word."""
 
 
 def _stops(state: State, speed_mps: float, need_mps2: float) -> bool:
