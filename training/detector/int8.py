@@ -19,12 +19,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import onnx
 from onnxruntime.quantization import CalibrationDataReader, QuantFormat, QuantType, quantize_static
 from onnxruntime.quantization.shape_inference import quant_pre_process
 
 from drivemcp.paths import data
 from services.perception.detect.centre_point import strip, whole
 from training.dataset.shards import Frames, load_frames
+from training.detector.arranged import arranged
 
 FLOAT = "detector-float.onnx"
 FRAMES = 300
@@ -71,6 +73,7 @@ def quantise(exported: Path, out: Path, frames: Frames) -> None:
             op_types_to_quantize=IN_EIGHT_BITS,
             nodes_to_exclude=IN_FLOAT,
         )
+    onnx.save(arranged(onnx.load(out)), out)
 
 
 def origin(exported: Path) -> dict[str, str | int]:
