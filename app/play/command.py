@@ -28,7 +28,10 @@ def register(subparsers: Subparsers) -> None:
     )
     parser.add_argument("--seconds", type=number(0.0, 86_400.0), default=0.0, help="stop earlier; a webcam never ends")
     parser.add_argument(
-        "--period", type=number(0.02, 3600.0), default=0.5, help="seconds between the pictures of a folder"
+        "--period",
+        type=number(0.02, 3600.0),
+        default=0.0,
+        help="seconds between the pictures of a folder; else by the times since 1970 in their names, else half a second",
     )
     parser.add_argument(
         "--fov",

@@ -3,8 +3,9 @@
 import re
 import sys
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from decimal import Decimal
+from itertools import pairwise
 from pathlib import Path
 
 import cv2
@@ -12,9 +13,16 @@ import cv2
 from drivemcp.errors import UserError
 from drivemcp.files.folders import files_of
 from drivemcp.files.foreign import foreign
+from drivemcp.files.since_1970 import counts_per_s
 from services.player.recording import Options, Picture, Recording, camera_messages, read_picture, shrink
 
 _NUMBERS = re.compile(r"([0-9]+)")
+_LAST_NUMBER = re.compile(r"[0-9]+(?:\.[0-9]+)?$")
+_PLAUSIBLE_S = (9.4e8, 4.2e9)
+"""From 1999 to 2103."""
+PERIOD_S = 0.5
+"""Between pictures without times."""
+LONGEST_PAUSE_S = 30.0
 PICTURES = (".jpg", ".jpeg", ".png", ".bmp", ".webp", ".avif", ".tif", ".tiff", ".jp2", ".ppm")
 UNREAD_PICTURES = (".heic", ".heif", ".jxl", ".gif", ".dng", ".cr2", ".nef", ".arw", ".raw")
 """OpenCV reads none of them, or the first picture alone."""
@@ -45,9 +53,15 @@ def open_folder(path: Path, options: Options) -> Recording:
         raise UserError(
             f"{path} holds no pictures ({', '.join(PICTURES)}), no frame.json and no log{'; ' if told else ''}{told}"
         )
-    period_s = options.picture_period_s
-    pictures = (Picture(shrink(read_picture(file)), number * period_s) for number, file in enumerate(files))
-    return Recording(path.name, len(files), len(files) * period_s, camera_messages(pictures, options))
+    times = [] if options.picture_period_s else times_in(files)
+    if times:
+        shown = set(thinned(times, options.max_rate_hz))
+        timed = [(file, at_s) for file, at_s in zip(files, times, strict=True) if at_s in shown]
+    else:
+        period_s = options.picture_period_s or PERIOD_S
+        timed = [(file, number * period_s) for number, file in enumerate(files)]
+    pictures = (Picture(shrink(read_picture(file)), at_s) for file, at_s in timed)
+    return Recording(path.name, len(timed), timed[-1][1], camera_messages(pictures, options))
 
 
 def passed_over(path: Path) -> str:
@@ -65,6 +79,23 @@ def ordered(files: Iterable[Path]) -> list[Path]:
     if all(re.fullmatch(r"[0-9]+(\.[0-9]+)?", file.stem) for file in found):
         return sorted(found, key=lambda file: Decimal(file.stem))
     return sorted(found, key=_by_numbers)
+
+
+def times_in(files: Sequence[Path]) -> list[float]:
+    """Seconds from the first picture, of those whose names end in times since 1970 (s, ms, us or ns); else empty.
+
+    Empty too where two have one time, or a pause is longer than `LONGEST_PAUSE_S`: such pictures are no drive.
+    """
+    found = [_LAST_NUMBER.search(file.stem) for file in files]
+    counts = [Decimal(each[0]) for each in found if each]
+    if len(counts) != len(files) or len(counts) < 2:
+        return []
+    units = {counts_per_s(float(each)) for each in counts}
+    if len(units) > 1 or not all(_PLAUSIBLE_S[0] < float(each) / max(units) < _PLAUSIBLE_S[1] for each in counts):
+        return []
+    times = [float((each - counts[0]) / Decimal(max(units))) for each in counts]
+    pauses = [later - before for before, later in pairwise(times)]
+    return times if all(0.0 < each <= LONGEST_PAUSE_S for each in pauses) else []
 
 
 def _by_numbers(file: Path) -> tuple[list[int | str], str]:

@@ -52,7 +52,8 @@ class Recording(NamedTuple):
 class Options(NamedTuple):
     """How pictures without times and cameras without calibration are taken."""
 
-    picture_period_s: float = 0.5
+    picture_period_s: float = 0.0
+    """Between the pictures of a folder; 0: by the times in their names, else half a second."""
     max_rate_hz: float = 10.0
     hold_s: float = 3.0
     """How long a single frame is shown."""

@@ -27,8 +27,8 @@ class PlayerConfig(ServiceConfig, frozen=True, kw_only=True):
     """A video, a folder of pictures, webcam:0, a frame.json or its folder, or a log of ours."""
     seconds: float = 0.0
     """0: to the end."""
-    picture_period_s: float = 0.5
-    """Time between the pictures of a folder."""
+    picture_period_s: float = 0.0
+    """Time between the pictures of a folder; 0: by the times in their names, else half a second."""
     max_rate_hz: float = 10.0
     """Pictures of a video beyond this rate are skipped."""
     hold_s: float = 3.0

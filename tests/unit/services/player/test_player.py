@@ -97,6 +97,34 @@ def test_a_recording_that_breaks_off_says_why(folder: Path) -> None:
         assert "2.png does not decode" in states.wait(lambda state: state.finished).problem
 
 
+@pytest.mark.parametrize(
+    ("names", "times"),
+    [
+        (["cam__1533280036162460", "cam__1533280039162460", "cam__1533280042612460"], [0.0, 3.0, 6.45]),
+        (["1403636579763555584", "1403636579863555584", "1403636580063555584"], [0.0, 0.1, 0.3]),
+        (["1305031102.175304", "1305031102.475304", "1305031103.175304"], [0.0, 0.3, 1.0]),
+        (["1305031102175", "1305031102205", "1305031102275"], [0.0, 0.1]),  # thinned to ten a second
+        (["0000000000", "0000000001", "0000000002"], [0.0, 0.5, 1.0]),
+        (["1533280036162460", "1533280036162460a", "1533280042612460"], [0.0, 0.5, 1.0]),
+        (["1533280036162460", "1533280136162460", "1533280142612460"], [0.0, 0.5, 1.0]),  # a pause of 100 s
+        (
+            ["20180803150036", "20180803150037", "20180803150038"],
+            [0.0, 0.5, 1.0],
+        ),  # a date in digits is no time since 1970
+    ],
+)
+def test_pictures_are_shown_at_the_times_in_their_names(tmp_path: Path, names: list[str], times: list[float]) -> None:
+    for name in names:
+        cv2.imwrite(str(tmp_path / f"{name}.png"), np.zeros((60, 90, 3), np.uint8))
+    recording = open_recording(str(tmp_path), Options())
+    shown = [each.at_s for each in recording.messages if isinstance(each.message, CameraFrame)]
+    assert shown == pytest.approx(times, abs=1e-6)
+    assert recording.pictures == len(times)
+    told = open_recording(str(tmp_path), Options(picture_period_s=0.2))
+    shown = [each.at_s for each in told.messages if isinstance(each.message, CameraFrame)]
+    assert shown == pytest.approx([0.2 * number for number in range(len(names))])
+
+
 def test_a_video_keeps_its_own_pace(video: Path) -> None:
     recording = open_recording(str(video), Options(max_rate_hz=10.0))
     pictures = [each for each in recording.messages if isinstance(each.message, CameraFrame)]
