@@ -63,6 +63,7 @@ class Index:
         self.texts = tuple(texts)
         self.rows = rows
         self.shelves = shelved(self.texts, _Bm25) if shelves is None else shelves
+        self.by_id = {text.passage_id: text for text in self.texts}
         self._kinds, self._kind_of = _kinds(self.texts)
 
     def with_rows(self, rows: Vectors) -> "Index":

@@ -4,8 +4,8 @@ import pytest
 
 from services.retrieval.library import ABSENT, Library, Request
 from services.retrieval.ranking.analysis import Analyser
-from services.retrieval.ranking.everyday import law_words, matters, matters_in
-from services.retrieval.ranking.tuning import Tuning
+from services.retrieval.ranking.everyday import alone_in, law_words, matters, matters_in
+from services.retrieval.ranking.tuning import Tuning, read_tuning
 from training.retrieval.tune import folders
 
 
@@ -32,7 +32,48 @@ def test_parts_of_other_words_say_nothing(said: str) -> None:
 
 
 def test_every_matter_has_words_of_the_law_in_english_and_german() -> None:
-    assert [matter.law for matter in matters() if not {"en", "de"} <= matter.law.keys()] == []
+    assert [matter.law for matter in matters() if matter.law and not {"en", "de"} <= matter.law.keys()] == []
+
+
+def test_what_has_no_words_of_the_law_is_no_matter_of_the_law_and_stands_alone() -> None:
+    assert [matter.said.pattern for matter in matters() if not matter.law and not matter.alone] == []
+
+
+@pytest.mark.parametrize(
+    ("said", "first"),
+    [
+        ("Darf mich ein Freund mit dem Seil nach Hause ziehen?", "tow"),
+        ("how long can the tow rope be", "tow"),
+        ("Kiedy wolno trąbić?", "horn"),
+        ("¿Puede ir un patinete por la acera?", "e-scooter"),
+    ],
+)
+def test_a_matter_that_stands_alone_is_known_in_any_language(said: str, first: str) -> None:
+    assert [matter.law["en"].split()[0] for matter in alone_in(said)] == [first]
+
+
+@pytest.mark.parametrize("said", ["tow my caravan on the motorway", "une semi-remorque sur la nationale", "cyclists"])
+def test_what_is_no_matter_that_stands_alone_is_searched_for_as_before(said: str) -> None:
+    assert alone_in(said) == ()
+
+
+@pytest.mark.parametrize(
+    ("query", "place", "language"),
+    [
+        ("Mag mijn dochter op een elektrische step rijden?", "NLD", "nl"),
+        ("Ile kosztuje przejazd autostradą A4?", "POL", "pl"),
+        ("Heb ik een vignet nodig in België?", "BEL", "nl"),
+    ],
+)
+def test_a_matter_on_which_no_passage_of_the_country_speaks_is_refused(query: str, place: str, language: str) -> None:
+    library = Library(folders(), read_tuning(), status=ABSENT)
+    assert library.search(Request(query=query, jurisdiction=place, language=language)).out_of_scope
+
+
+def test_a_passage_on_the_matter_comes_before_one_on_something_beside_it() -> None:
+    library = Library(folders(), Tuning(lambdas={}), status=ABSENT)
+    found = library.search(Request(query="Mag ik bellen achter het stuur?", jurisdiction="BEL", language="nl"))
+    assert found.passages[0].passage_id.split("/")[1] == "bel-phone"
 
 
 def test_the_law_s_words_come_after_the_question_s_and_once() -> None:
