@@ -176,9 +176,9 @@ def test_an_absent_or_garbled_file_is_named(copy_pack: Copy, file: str) -> None:
 def test_a_pack_that_needs_a_newer_parent_is_refused(copy_pack: Copy) -> None:
     copy_pack("DEU-v1")
     folder = copy_pack("DEU-v1-VSL")
-    edit(folder / "manifest.json", lambda m: m["extends"].update(version="1.2.0"))
+    edit(folder / "manifest.json", lambda m: m["extends"].update(version="99.0.0"))
     rehash(folder)
-    with pytest.raises(PackError, match=r"extends: needs DEU-v1 1\.2\.0, found 1\.1\.\d+"):
+    with pytest.raises(PackError, match=r"extends: needs DEU-v1 99\.0\.0, found \d+\.\d+\.\d+"):
         load(folder)
 
 
