@@ -73,9 +73,15 @@ class Candidate(NamedTuple):
         return self.row.repeat_s if self.again_s is None else self.again_s
 
 
+SPOKEN_S = 2.0
+"""A message is heard for so long (the arbiter's `speech_gap_s`)."""
+
+
 def told_within(state: State, kind: Kind, seconds: float) -> bool:
-    """Whether a kind of message, whatever about, was spoken so lately."""
-    return any(each.kind == kind and state.now_ns - each.stamp_ns < seconds * 1e9 for each in state.memory.spoken)
+    """Whether a kind of message, whatever about, was spoken so lately; or the arbiter by itself warned of a hazard of that kind."""
+    spoken = (each.stamp_ns for each in state.memory.spoken if each.kind == kind)
+    warned = (each.stamp_ns for each in state.memory.hazards if each.hazard in ROWS[kind].hazards)
+    return any(state.now_ns - stamp_ns < seconds * 1e9 for stamp_ns in (*spoken, *warned))
 
 
 Maker = Callable[[State, Target, dict[str, Event]], Iterator[Candidate]]

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from proto.messages import Kind
 from proto.perception import Track
-from proto.speech import Memory, News, Spoken
+from proto.speech import Memory, News, Spoken, Warned
 from services.orchestrator.speech.candidates.candidates import candidates
 from services.orchestrator.state import State
 from services.orchestrator.target.target import target
@@ -79,6 +79,15 @@ def test_who_was_told_of_a_person_and_brakes_enough_for_this_one_hears_no_alarm(
     soon_s = 2.0 if told else 2.8
     urgency = "alarm" if gap_m < soon_s * 14.0 and not heeds else "warning"
     assert words_on_a_person(state, told_s=told_s, braking_mps2=braking_mps2) == {urgency}
+
+
+def test_a_person_whom_the_arbiter_told_of_by_itself_was_told_of() -> None:
+    warned = Warned(hazard="pedestrian", stamp_ns=START - 200_000_000, alarm=False)
+    told = Memory(hazards=(warned,))
+    for memory, ttc_s, urgency in ((Memory(), 2.6, "alarm"), (told, 2.6, "warning"), (told, 1.9, "alarm")):
+        state = seen(replace(STANDER, x_m=14.0 * ttc_s + 2.5, vx_mps=-14.0), speed_mps=14.0)
+        state = replace(state, memory=memory)
+        assert {m.urgency for m in candidates(state, target(state), ()) if m.topic == "person"} == {urgency}
 
 
 def test_a_person_seen_again_is_told_of_at_once() -> None:
