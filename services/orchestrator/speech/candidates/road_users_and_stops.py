@@ -48,6 +48,8 @@ def person(state: State, target: Target, events: dict[str, Event]) -> Iterator[C
         return
     # The nearest need not be the most urgent: a rider behind a walker may be met sooner.
     way, urgency = min(found, key=lambda each: each[1] != "alarm")
+    if urgency == "warning" and all(_tells_of_the_line(state, events, each) for each, _ in found):
+        return
     yield Candidate(
         kind=Kind.PERSON,
         news=News(track_id=way.track.track_id, what=urgency),
@@ -68,6 +70,37 @@ def _worth_a_word(state: State, way: Way, urgency: Urgency) -> bool:
     if urgency == "warning" and _heeds(state, Kind.STOP, _person_needs_mps2(state, way)):
         return False
     return confirmed(state.gaps, way) or (urgency == "alarm" and known(way.track))
+
+
+def _waits_at_a_line(state: State, way: Way) -> bool:
+    """Whether a driver who stops at the next line does all that a person needs: the person is behind it, and the line is sure."""
+    line = next((stop for stop in stops(state) if stop.why != "person"), None)
+    known = line is not None and line.confidence >= SURE and not line.unmapped
+    return known and line is not None and line.room_m <= way.least_m - SPARE_M
+
+
+def _tells_of_the_line(state: State, events: dict[str, Event], way: Way) -> bool:
+    """Whether "Stop: red light" is said in place of a person behind that line, or was said so lately that the driver acts on it."""
+    if "stop_required" not in events or not _waits_at_a_line(state, way):
+        return False
+    told = state.memory.last(Kind.STOP)
+    lately = told is not None and told.news.grave and told_within(state, Kind.STOP, REACTION_S)
+    return lately or _may_tell_of_a_line(state)
+
+
+def _may_tell_of_a_line(state: State) -> bool:
+    """Whether the driver drives, and was not told of a line lately."""
+    ego = state.world.ego.speed_mps
+    return ego is not None and ego.value > STOPS_MPS and not told_within(state, Kind.STOP, HEEDED_S)
+
+
+def _keeps_from_people(state: State) -> bool:
+    """Whether a person worth a word is behind the next line: the line is told at once, for both."""
+    if not _may_tell_of_a_line(state):
+        return False
+    behind = (way for way in people(state.world) if clear(state.gaps, way) and _waits_at_a_line(state, way))
+    judged = ((way, _person_urgency(state, way)) for way in behind)
+    return any(urgency is not None and _worth_a_word(state, way, urgency) for way, urgency in judged)
 
 
 def _heeds(state: State, kind: Kind, need_mps2: float) -> bool:
@@ -102,6 +135,10 @@ HARD_MPS2 = 3.0
 """Firm braking."""
 SPARE_M = 1.0
 """The gap that is left when the ego has stopped behind a road user."""
+SURE = 0.6
+"""A line in whose place a person is told of is believed so much: a driver who sees a green light would heed neither."""
+STOPS_MPS = 2.0
+"""A slower ego stops at its line within a metre."""
 
 
 def lead(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:
@@ -201,7 +238,10 @@ def _stop_candidate(state: State, stop: Stop) -> Candidate | None:
     ego = state.world.ego.speed_mps
     need = _stop_needs_mps2(state, stop, ego.value) if ego is not None else 0.0
     told = _told_firmly(state, stop)
-    firm = need > FIRM_MPS2 and ego is not None and ego.value > 2.0 and not (told and _stops(state, ego.value, need))
+    due = (
+        ego is not None and ego.value > STOPS_MPS and need > FIRM_MPS2 and not (told and _stops(state, ego.value, need))
+    )
+    firm = due or _keeps_from_people(state)
     if ego is not None and not firm and not told:
         return None
     light = state.light.state if state.light is not None and stop.why == "red_light" else "red"

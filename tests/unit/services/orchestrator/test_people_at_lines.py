@@ -1,0 +1,55 @@
+"""A person behind a line at which the ego has to stop: the line is told, once, for both."""
+
+import pytest
+
+from proto.perception import Track
+from tests.unit.services.orchestrator.judge import arbiter
+from tests.unit.services.orchestrator.support import Drive, Played, actor, fact
+
+SPEED_MPS = 8.6
+
+
+def approached(
+    line_m: float | None, person_m: float, light: float = 0.95, slows_mps2: float = 0.0, until_s: float = 3.0
+) -> list[tuple[str, str]]:
+    """What is spoken, and how urgently, on the way to a red light and a person who crosses, so far ahead at first."""
+    drive = Drive(Played(arbiter=arbiter()), speed_mps=SPEED_MPS)
+    drive.ticks(20)
+    way_m, speed_mps = 0.0, SPEED_MPS
+    for tick in range(round(until_s * 10)):
+        told = any(each.advisory.kind != "SILENT" for _, _, each in drive.history[21:])
+        slows = slows_mps2 if told and tick > 8 else 0.0
+        speed_mps -= slows / 10.0
+        way_m += speed_mps / 10.0
+        drive.comes_to(speed_mps)
+        drive.acceleration_mps2 = -slows
+        drive.tracks = (walker(person_m - way_m, speed_mps),)
+        red = [] if line_m is None else [
+            fact("light", "light:red", track_id=4, distance_m=line_m - way_m + 2.25, confidence=light)
+        ]  # fmt: skip
+        drive.tick(*red)
+    said = (each.advisory for _, _, each in drive.history if each.advisory.kind != "SILENT")
+    return [(each.directive, each.urgency) for each in said]
+
+
+def walker(gap_m: float, closing_mps: float) -> Track:
+    return actor(gap_m, closing_mps, kind="pedestrian", length_m=0.5, x_m=gap_m + 2.5)
+
+
+def test_of_a_person_behind_a_red_light_the_light_alone_is_told() -> None:
+    assert approached(31.0, 35.0, slows_mps2=2.0, until_s=1.6) == [("Stop: red light", "warning")]
+
+
+@pytest.mark.parametrize(
+    ("line_m", "light"), [(None, 0.95), (44.0, 0.95), (31.0, 0.45)], ids=["no light", "behind the person", "doubted"]
+)
+def test_of_a_person_before_the_line_or_without_a_sure_one_the_person_is_told(
+    line_m: float | None, light: float
+) -> None:
+    assert approached(line_m, 35.0, light, until_s=1.6)[0] == ("Person ahead", "warning")
+
+
+def test_a_driver_who_does_not_stop_for_the_light_is_told_of_the_person_and_hears_the_alarm() -> None:
+    said = approached(31.0, 35.0)
+    assert said[0] == ("Stop: red light", "warning")
+    assert ("Brake! Person", "alarm") in said
