@@ -16,12 +16,21 @@ from services.orchestrator.speech.candidate import Candidate, Maker, told_within
 from services.orchestrator.speech.candidates.limits_ahead import (
     ahead,
     approach,
+    is_due_soon,
     is_near,
     lowest,
     told_of_less,
+    told_twice,
     was_announced,
 )
-from services.orchestrator.speech.candidates.road_users_and_stops import give_way, go, lead, person, stop
+from services.orchestrator.speech.candidates.road_users_and_stops import (
+    give_way,
+    go,
+    lead,
+    person,
+    stop,
+    stop_is_due_soon,
+)
 from services.orchestrator.speech.wording import (
     advised_number,
     drive,
@@ -126,11 +135,13 @@ def _ahead_of_the_lamp(car: Degradation | None) -> str:
 
 
 def _overspeed(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:
-    """The sound of an overspeed, while the speed assistance gives it."""
+    """The word on an overspeed, while the speed assistance sounds it; not a third word on one limit, nor one that another would cut."""
     limit, ego, sounded_ns = target.law.limit, state.world.ego.speed_mps, state.overspeed.sounded_ns
     if limit is None or ego is None or sounded_ns is None or warning_of(state.overspeed, state.now_ns) != "sounded":
         return
-    if told_of_less(state, limit):
+    if told_of_less(state, limit) or told_twice(state, limit, sounded_ns):
+        return
+    if is_due_soon(state, limit) or stop_is_due_soon(state):
         return
     yield Candidate(
         kind=Kind.OVERSPEED,

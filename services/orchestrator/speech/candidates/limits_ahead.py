@@ -12,7 +12,7 @@ from proto.rules import LegalLimit
 from proto.speech import News
 from services.orchestrator.law.limits_ahead import LimitAhead, binding_ahead, limits_ahead
 from services.orchestrator.signs.limits import in_force
-from services.orchestrator.speech.candidate import Candidate, told_within
+from services.orchestrator.speech.candidate import SPOKEN_S, Candidate, told_within
 from services.orchestrator.speech.wording import distance, limit_number
 from services.orchestrator.speed_assistance import kept_up_to_mps
 from services.orchestrator.state import State
@@ -147,6 +147,25 @@ def told_of_less(state: State, limit: LegalLimit) -> bool:
     told = [state.memory.last(kind) for kind in ANNOUNCES if told_within(state, kind, HEEDS_S)]
     news = [each.news for each in told if each is not None]
     return any(to_mps(each.value or 0.0, "mph" if each.unit == "mph" else "km/h") < limit.mps for each in news)
+
+
+def told_twice(state: State, limit: LegalLimit, before_ns: int) -> bool:
+    """Whether the driver was told in vain to slow down for this limit, shortly before: a third word tells nothing that a tone does not."""
+    told = state.memory.last(Kind.APPROACH)
+    if told is None or not told.news.grave or (told.news.value, told.news.unit) != (limit.value, limit.unit):
+        return False
+    return 0 <= before_ns - told.stamp_ns < TWICE_S * 1e9
+
+
+TWICE_S = 10.0
+
+
+def is_due_soon(state: State, limit: LegalLimit) -> bool:
+    """Whether a lower limit ahead is about to be announced: a word of now would keep that one waiting."""
+    ego, lower = state.world.ego.speed_mps, lowest(_exceeded(state, limits_ahead(state)), limit)
+    if ego is None or lower is None or was_announced(state, lower) or _heeds(state, lower):
+        return False
+    return _spare_s(lower, ego.value, LIFTED_MPS2) <= SPOKEN_S
 
 
 def _announced(state: State, lower: LimitAhead) -> Candidate:

@@ -7,7 +7,7 @@ from domain.road_users import braking_needed_mps2
 from proto.decision import Event, Urgency
 from proto.messages import ROWS, Kind
 from proto.speech import News
-from services.orchestrator.speech.candidate import Candidate, told_within
+from services.orchestrator.speech.candidate import SPOKEN_S, Candidate, told_within
 from services.orchestrator.speech.wording import decimal, distance, speed, word
 from services.orchestrator.state import State
 from services.orchestrator.target.target import Target
@@ -259,6 +259,15 @@ def _stop_candidate(state: State, stop: Stop) -> Candidate | None:
         confidence=stop.confidence,
         asked_mps=max(0.0, stop.approach_mps()),
     )
+
+
+def stop_is_due_soon(state: State) -> bool:
+    """Whether a word on the next line is due before a word of now is over, for a driver who goes on like this."""
+    line, ego = next((stop for stop in stops(state) if stop.why != "person"), None), state.world.ego.speed_mps
+    if line is None or ego is None:
+        return False
+    nearer = line._replace(room_m=line.room_m - SPOKEN_S * ego.value)
+    return _stop_needs_mps2(state, nearer, ego.value) > FIRM_MPS2
 
 
 def _stop_needs_mps2(state: State, stop: Stop, speed_mps: float) -> float:

@@ -39,6 +39,17 @@ def test_an_overspeed_is_told_by_the_table_of_times_and_not_nagged() -> None:
     assert [text for text in drive.spoken() if text.startswith("Slow down")] == ["Slow down: 50"]
 
 
+@pytest.mark.parametrize("line", [False, True])
+def test_no_overspeed_is_spoken_when_a_word_on_a_line_is_about_to_cut_it(line: bool) -> None:
+    drive = Drive(speed_mps=15.0)
+    drive.tick(limit_sign("limit:50", track_id=1))
+    for tick in range(75):
+        stop = fact("sign", "stop", track_id=8, distance_m=180.0 - 1.5 * tick)
+        drive.tick(*[stop] * line)
+    assert drive.history[-8][2].assistance.warning == "sounded"
+    assert drive.spoken() == (["Stop at the line"] if line else ["Slow down: 50"])
+
+
 def after_a_sign(reading: str, drive: Drive, ticks: int = 70) -> list[str]:
     """What is spoken from that sign on."""
     before = len(drive.spoken())

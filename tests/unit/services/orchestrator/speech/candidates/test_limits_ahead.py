@@ -202,6 +202,46 @@ def test_a_limit_that_ends_before_a_lower_one_in_sight_makes_nobody_speed_up(pla
     assert any("30" in each for each in drive.spoken())
 
 
+def behind_the_sign(drive: Drive, seconds: float = 8.0) -> tuple[list[str], bool]:
+    """What is spoken behind a sign of 80 that the driver ignores, and whether the overspeed sounds."""
+    before, began = len(drive.spoken()), len(drive.history)
+    drive.comes_to(27.0)
+    drive.tick(limit_sign("limit:80"))
+    drive.ticks(round(seconds * 10))
+    sounds = any(each.assistance.warning == "sounded" for _, _, each in drive.history[began:])
+    return drive.spoken()[before:], sounds
+
+
+def test_a_driver_told_twice_of_a_limit_in_vain_hears_the_tone_behind_its_sign_and_no_third_word() -> None:
+    drive, _ = approached(27.0, 165.0)
+    assert drive.spoken() == [CALM, FIRM]
+    assert behind_the_sign(drive) == ([], True)
+    drive.comes_to(22.0)
+    drive.ticks(100)
+    drive.comes_to(27.0)
+    drive.ticks(60)
+    assert drive.spoken()[2:] == ["Slow down: 80"], "the limit was kept, and is broken again"
+
+
+def test_a_driver_told_once_of_a_limit_hears_the_word_behind_its_sign() -> None:
+    drive, _ = approached(27.0, 30.0)
+    assert drive.spoken() == [FIRM]
+    assert behind_the_sign(drive) == (["Slow down: 80"], True)
+
+
+@pytest.mark.parametrize("announced", [False, True])
+def test_no_overspeed_is_spoken_when_a_lower_limit_is_about_to_be_announced(announced: bool) -> None:
+    drive = Drive(Played(arbiter=arbiter()), speed_mps=27.0, road="rural")
+    drive.tick(limit_sign("limit:80", track_id=1))
+    drive.ticks(20)
+    before = len(drive.spoken())
+    for tick in range(25):
+        left_m = 267.0 - 2.7 * (20 + tick)
+        drive.tick(*[limit_sign("limit:50", track_id=7, passed=False, distance_m=left_m)] * announced)
+    assert drive.history[-1][2].assistance.warning == "sounded"
+    assert drive.spoken()[before:] == (["50 ahead"] if announced else ["Slow down: 80"])
+
+
 @FEW
 @given(speed_mps=st.floats(5.0, 45.0), from_m=st.floats(3.0, 250.0))
 def test_nobody_who_is_slow_enough_is_told_and_everybody_else_in_time(speed_mps: float, from_m: float) -> None:
