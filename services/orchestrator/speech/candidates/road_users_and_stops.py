@@ -35,6 +35,8 @@ RED_S = 120.0
 """No red light lasts much longer."""
 QUEUE_TTC_S, QUEUE_CLOSING_MPS, QUEUE_SPEED_MPS = 7.0, 6.0, 60.0 / 3.6
 """The end of a queue is told early at speed, and at any speed on a motorway, where a queue is not expected."""
+IN_THE_LANE_M = 0.5
+"""The end of a queue leaves less than no room by so much; nearer than `HAZARD_TTC_S` any vehicle that leaves no room counts."""
 LEAST_TTC_S, LOSES_MPS2 = 2.5, 4.0
 DRAG_MPS2 = 0.5
 """What a lifted foot alone gives."""
@@ -210,7 +212,12 @@ def _soon_met(state: State, way: Way) -> bool:
         return False
     fast = state.road == "motorway" or state.speed_mps is None or state.speed_mps > QUEUE_SPEED_MPS
     near = way.ttc_s < _hazard_ttc_s(way) and (comes_from(way) is not None or _lead_needs_mps2(way) > FIRM_MPS2)
-    return near or (fast and way.ttc_s < QUEUE_TTC_S and way.closing_mps > QUEUE_CLOSING_MPS)
+    return near or (fast and way.ttc_s < QUEUE_TTC_S and way.closing_mps > QUEUE_CLOSING_MPS and _is_in_the_lane(way))
+
+
+def _is_in_the_lane(way: Way) -> bool:
+    """Whether a vehicle so far away fills the ego's lane, rather than its edge, which is where parked vehicles are measured, too."""
+    return way.track.clearance_m is None or way.track.clearance_m <= -IN_THE_LANE_M
 
 
 def _hazard_ttc_s(way: Way) -> float:

@@ -183,7 +183,7 @@ def test_with_an_unknown_speed_of_our_own_nobody_counts_as_parked() -> None:
 
 
 @pytest.mark.parametrize("confidence", [0.5, 0.69, 0.7, 0.95])
-@pytest.mark.parametrize("age_s", [0.5, 1.0, 2.0])
+@pytest.mark.parametrize("age_s", [0.5, 1.0, 1.9, 2.0])
 @pytest.mark.parametrize("looks", [2, 3])
 def test_who_comes_towards_us_in_our_lane_is_a_hazard_once_that_is_certain_and_no_matter_of_a_look_or_two(
     confidence: float, age_s: float, looks: int
@@ -192,7 +192,7 @@ def test_who_comes_towards_us_in_our_lane_is_a_hazard_once_that_is_certain_and_n
     ticks = range(looks)
     gaps = tuple(GapSeen(track_id=1, x_m=60.0 + 3.0 * ago, stamp_ns=START - ago * 10**8, well=True) for ago in ticks)
     state = replace(seen(coming), gaps=gaps)
-    assert ("lead" in hazards(state)) == (confidence >= 0.7 and age_s >= 1.0 and looks >= 3)
+    assert ("lead" in hazards(state)) == (confidence >= 0.7 and age_s >= 2.0 and looks >= 3)
     assert target(seen(coming)).mps <= target(seen()).mps
 
 
@@ -381,3 +381,13 @@ def test_a_car_ahead_lowers_the_target_though_the_speed_of_our_own_is_unknown(
     before = None if believed_mps is None else Believed(believed_mps, START)
     unknown = replace(unknown, held=replace(unknown.held, speed=before))
     assert target(unknown).mps <= target(known).mps + 1e-9
+
+
+@pytest.mark.parametrize(("clearance_m", "told"), [(-1.85, True), (None, True), (-0.5, True), (-0.01, False)])
+def test_the_end_of_a_queue_is_told_early_of_what_fills_the_lane_and_of_what_leaves_no_room_when_it_is_near(
+    clearance_m: float | None, told: bool
+) -> None:
+    standing = car(4.5 + 6.5 * 17.2, -17.2, clearance_m=clearance_m)
+    assert ("lead" in hazards(seen(standing, speed_mps=17.2))) is told
+    assert "lead" in hazards(seen(replace(standing, x_m=4.5 + 3.8 * 17.2), speed_mps=17.2))
+    assert target(seen(standing, speed_mps=17.2)).mps < target(seen(speed_mps=17.2)).mps
