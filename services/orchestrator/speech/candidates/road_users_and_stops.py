@@ -35,6 +35,9 @@ RED_S = 120.0
 """No red light lasts much longer."""
 QUEUE_TTC_S, QUEUE_CLOSING_MPS, QUEUE_SPEED_MPS = 7.0, 6.0, 60.0 / 3.6
 """The end of a queue is told early at speed, and at any speed on a motorway, where a queue is not expected."""
+CUT_IN_S, CUT_IN_ACROSS_MPS, CUT_IN_CLOSING_MPS, SIGMAS_ACROSS = 1.0, 1.0, 3.0, 3.0
+"""A vehicle cuts in that is so near by the ego's speed, and moves so fast sideways, slower than the ego by so much. A driver reacts after
+1.25 s, and keeps 2 s."""
 IN_THE_LANE_M = 0.5
 """The end of a queue leaves less than no room by so much; nearer than `HAZARD_TTC_S` any vehicle that leaves no room counts."""
 LEAST_TTC_S, LOSES_MPS2 = 2.5, 4.0
@@ -177,7 +180,7 @@ def lead(state: State, target: Target, events: dict[str, Event]) -> Iterator[Can
 def _is_close(state: State, way: Way, ttc_s: float) -> bool:
     """A queue that is close before its words are over is so at once; and a driver who hears "brake" hears the alarm after that."""
     ahead_s = 0.0 if told_within(state, Kind.LEAD, HEEDED_S) else LEAD_SPOKEN_S
-    return ttc_s - ahead_s < _hazard_ttc_s(way)
+    return ttc_s - ahead_s < _hazard_ttc_s(way) or _cuts_in(state, way)
 
 
 def _is_heeded(state: State, way: Way) -> bool:
@@ -212,7 +215,22 @@ def _soon_met(state: State, way: Way) -> bool:
         return False
     fast = state.road == "motorway" or state.speed_mps is None or state.speed_mps > QUEUE_SPEED_MPS
     near = way.ttc_s < _hazard_ttc_s(way) and (comes_from(way) is not None or _lead_needs_mps2(way) > FIRM_MPS2)
-    return near or (fast and way.ttc_s < QUEUE_TTC_S and way.closing_mps > QUEUE_CLOSING_MPS and _is_in_the_lane(way))
+    return (
+        near
+        or _cuts_in(state, way)
+        or (fast and way.ttc_s < QUEUE_TTC_S and way.closing_mps > QUEUE_CLOSING_MPS and _is_in_the_lane(way))
+    )
+
+
+def _cuts_in(state: State, way: Way) -> bool:
+    """Whether a slower vehicle moves into the ego's lane on a motorway, nearer than a driver reacts. In bends of other roads all that drive
+    ahead seem to move sideways."""
+    ego_mps, track = state.speed_mps, way.track
+    if state.road != "motorway" or ego_mps is None or way.gap_m > CUT_IN_S * ego_mps:
+        return False
+    sideways = abs(track.vy_mps) >= max(CUT_IN_ACROSS_MPS, SIGMAS_ACROSS * (track.sigma_vy_mps or 0.0))
+    inward = track.y_m * track.vy_mps < 0.0
+    return inward and sideways and way.closing_mps > CUT_IN_CLOSING_MPS
 
 
 def _is_in_the_lane(way: Way) -> bool:

@@ -1,5 +1,7 @@
 """Every actor counts: none stands for all, and none hides another."""
 
+from typing import Any
+
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
@@ -7,6 +9,7 @@ from hypothesis import strategies as st
 from domain import kinematics
 from domain.ego_speed import Believed
 from proto.perception import Track
+from services.orchestrator.speech.candidates.candidates import candidates
 from services.orchestrator.state import GapSeen
 from services.orchestrator.target.target import target
 from tests.unit.services.orchestrator.near import car, hazards, observed, seen
@@ -391,3 +394,30 @@ def test_the_end_of_a_queue_is_told_early_of_what_fills_the_lane_and_of_what_lea
     assert ("lead" in hazards(seen(standing, speed_mps=17.2))) is told
     assert "lead" in hazards(seen(replace(standing, x_m=4.5 + 3.8 * 17.2), speed_mps=17.2))
     assert target(seen(standing, speed_mps=17.2)).mps < target(seen(speed_mps=17.2)).mps
+
+
+CUTS_IN: dict[str, Any] = {"vy_mps": 2.0, "y_m": -1.5, "clearance_m": -0.4}
+
+
+@pytest.mark.parametrize(
+    ("road", "gap_m", "closing_mps", "fields", "told"),
+    [
+        ("motorway", 23.0, 5.5, {}, True),
+        ("motorway", 23.0, 5.5, {"vy_mps": 0.5}, False),
+        ("motorway", 23.0, 5.5, {"vy_mps": -2.0}, False),
+        ("motorway", 23.0, 5.5, {"sigma_vy_mps": 0.9}, False),
+        ("motorway", 23.0, 2.5, {}, False),
+        ("motorway", 35.0, 5.5, {}, False),
+        ("rural", 23.0, 5.5, {}, False),
+    ],
+)
+def test_a_slower_car_that_moves_into_the_lane_of_a_motorway_before_a_driver_reacts_is_told(
+    road: str, gap_m: float, closing_mps: float, fields: dict[str, Any], told: bool
+) -> None:
+    cutting = car(gap_m + 4.5, -closing_mps, **{**CUTS_IN, **fields})
+    state = seen(cutting, speed_mps=30.0)
+    environment = replace(state.world.environment, road_type=observed(road))
+    state = replace(state, world=replace(state.world, environment=environment))
+    found = [each for each in candidates(state, target(state), ()) if each.hazard]
+    assert [each.phrase for each in found] == ["lead"] * told
+    assert all(each.urgency == "warning" and each.hazard == "closing_lead" for each in found)
