@@ -14,7 +14,6 @@ from domain.road_users import (
     seen_well,
     shows_beyond_others,
 )
-from proto.perception import Track
 from services.arbiter.assessment.assess import Numbers, View, each, speak_bounds
 from services.arbiter.braking.watching import contradicted
 from services.arbiter.profiles.profile import Profile
@@ -24,6 +23,8 @@ ANSWERED = frozenset({"closing_lead", "slow_traffic", "pedestrian"})
 """Hazards of road users: what they need of the driver is known from gap and closing speed."""
 CONFIRMING = 3
 """Pictures of the last `watching.KEPT_NS` that show a doubted person in the path before a warning: as the orchestrator asks."""
+AT_ONCE_S = 2.0
+"""A person known for a while is told of at the first picture in the path when met so soon: as the orchestrator's alarm."""
 HAZARDS: dict[str, str] = {"vehicle": "closing_lead", "pedestrian": "pedestrian", "cyclist": "pedestrian"}
 """As the orchestrator names them: one hazard that both see is one hazard."""
 
@@ -73,7 +74,7 @@ def _hazardous(numbers: Numbers, view: View, sightings: tuple[Sighting, ...], pr
         and track.sigma_vx_mps <= profile.speed_known_mps
         and seen_well(track, sight(profile))
         and track.confidence >= profile.hazard_confidence
-        and _confirmed(track, sightings, profile)
+        and _confirmed(numbers, sightings, profile)
         and is_vehicle_there(track, speed_mps, sight(profile), across(profile))
         and not _passed(numbers, view, profile)
         and not contradicted(sightings, track.track_id, numbers.closing_mps, profile)
@@ -90,11 +91,15 @@ def _needs_braking(numbers: Numbers, view: View, profile: Profile) -> bool:
     return need_mps2 > max(profile.hazard_need_mps2, -(view.ego_acceleration_mps2 or 0.0))
 
 
-def _confirmed(track: Track, sightings: tuple[Sighting, ...], profile: Profile) -> bool:
-    """Whether a person is certain, known for a while or was seen in the path often enough: ghosts of people last one or two pictures.
-    Of vehicles `is_vehicle_there` asks as much.
+def _confirmed(numbers: Numbers, sightings: tuple[Sighting, ...], profile: Profile) -> bool:
+    """Whether a person is certain or was seen in the path often enough, or known for a while where no time is left.
+
+    Ghosts of people last one or two pictures, and so do steps of a walker beside the path. Of vehicles `is_vehicle_there` asks as much.
     """
-    if track.kind == "vehicle" or track.confidence >= profile.act_confidence or track.age_s >= profile.hazard_known_s:
+    track = numbers.track
+    if track.kind == "vehicle" or track.confidence >= profile.act_confidence:
+        return True
+    if track.age_s >= profile.hazard_known_s and numbers.ttc_s is not None and numbers.ttc_s < AT_ONCE_S:
         return True
     return sum(each.track_id == track.track_id for each in sightings) >= CONFIRMING
 

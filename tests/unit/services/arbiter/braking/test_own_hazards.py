@@ -32,15 +32,23 @@ def pictures(person: Track, count: int) -> list[str]:
 
 
 def person(**fields: float) -> Track:
-    return track(gap_m=25.0, closing_mps=12.0, kind="pedestrian", length_m=0.5, **fields)
+    return track(**{"gap_m": 25.0, "closing_mps": 12.0, "length_m": 0.5, **fields}, kind="pedestrian")
 
 
 def test_a_new_and_doubted_person_is_warned_of_at_the_third_picture() -> None:
     assert pictures(person(confidence=0.6, age_s=0.3), 3) == ["", "", "pedestrian"]
 
 
-@pytest.mark.parametrize("surely", [{"confidence": 0.7, "age_s": 0.3}, {"confidence": 0.6, "age_s": 1.0}])
-def test_a_person_who_is_certain_or_known_is_warned_of_at_once(surely: dict[str, float]) -> None:
+def test_a_known_walker_beside_the_path_is_no_hazard_for_one_picture_that_shows_a_step_into_it() -> None:
+    assert pictures(person(confidence=0.6, age_s=5.0), 3) == ["", "", "pedestrian"]
+
+
+@pytest.mark.parametrize(
+    "surely", [{"confidence": 0.7, "age_s": 0.3}, {"confidence": 0.6, "age_s": 1.0, "gap_m": 20.0}]
+)
+def test_a_person_who_is_certain_or_known_and_met_within_two_seconds_is_warned_of_at_once(
+    surely: dict[str, float],
+) -> None:
     assert pictures(person(**surely), 1) == ["pedestrian"]
 
 
