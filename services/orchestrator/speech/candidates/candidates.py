@@ -139,6 +139,8 @@ def _overspeed(state: State, target: Target, events: dict[str, Event]) -> Iterat
     limit, ego, sounded_ns = target.law.limit, state.world.ego.speed_mps, state.overspeed.sounded_ns
     if limit is None or ego is None or sounded_ns is None or warning_of(state.overspeed, state.now_ns) != "sounded":
         return
+    if ego.value <= limit.mps:
+        return  # a limit of this tick is higher than the one that was exceeded
     if told_of_less(state, limit) or told_twice(state, limit, sounded_ns):
         return
     if is_due_soon(state, limit) or stop_is_due_soon(state):

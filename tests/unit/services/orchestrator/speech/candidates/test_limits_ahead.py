@@ -223,6 +223,15 @@ def test_a_driver_told_twice_of_a_limit_in_vain_hears_the_tone_behind_its_sign_a
     assert drive.spoken()[2:] == ["Slow down: 80"], "the limit was kept, and is broken again"
 
 
+def test_a_limit_that_rises_while_the_tone_of_a_lower_one_sounds_is_no_overspeed() -> None:
+    drive, _ = approached(27.0, 165.0)
+    behind_the_sign(drive, 5.0)
+    assert drive.history[-1][2].assistance.warning == "sounded"
+    drive.tick(limit_sign("limit:100", track_id=12))
+    drive.ticks(10)
+    assert drive.spoken() == [CALM, FIRM]
+
+
 def test_a_driver_told_once_of_a_limit_hears_the_word_behind_its_sign() -> None:
     drive, _ = approached(27.0, 30.0)
     assert drive.spoken() == [FIRM]
