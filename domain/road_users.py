@@ -34,10 +34,6 @@ class Across(NamedTuple):
     """A speed sideways of fewer standard deviations may be no motion at all."""
 
 
-TWICE_KNOWN = 2.0
-"""What is mistaken most often has to be known for so many times as long."""
-
-
 def seen_well(track: Track, sight: Sight) -> bool:
     """Whether a track is old enough and in sight. A vehicle that is seen again after a break, or where it was not expected, is as young
     as its sightings since: it may have been taken for another one."""
@@ -58,15 +54,13 @@ def surely_moves_across(track: Track, across: Across) -> bool:
 def is_vehicle_there(track: Track, speed_mps: float | None, sight: Sight, across: Across) -> bool:
     """Whether a track that is called a vehicle is one: certain, or known for a while, or surely crossing, where no time is left.
 
-    Two kinds are mistaken often, and must be certain as well as known. One is traffic that comes towards the ego in its own lane, and
-    must be known for twice as long: one that turns into the road is measured in either lane at first.
+    Two kinds are mistaken often, and must be certain as well as known. One is traffic that comes towards the ego in its own lane.
     The other is a vehicle beside the way that is in it only if its lateral speed is right. Other kinds are not judged here.
     """
     if track.kind != "vehicle":
         return True
     crosses, surely = crosses_over(track, speed_mps, across), surely_moves_across(track, across)
-    known_s = TWICE_KNOWN * sight.known_s if track.oncoming else sight.known_s
-    certain, known = track.confidence >= sight.certain, track.age_s >= known_s or (crosses and surely)
+    certain, known = track.confidence >= sight.certain, track.age_s >= sight.known_s or (crosses and surely)
     aside = track.clearance_m is not None and track.clearance_m > 0.0
     doubtful = track.oncoming or (aside and crosses and not surely)
     return certain and known if doubtful else certain or known
@@ -94,7 +88,7 @@ def hides_others(track: Track, gap_m: float, sight: Sight) -> bool:
 
 def shows_beyond_others(track: Track, sight: Sight) -> bool:
     """Whether a vehicle behind another one in the path is surely there all the same: certain, and known for twice as long."""
-    return track.confidence >= sight.certain and track.age_s >= TWICE_KNOWN * sight.known_s
+    return track.confidence >= sight.certain and track.age_s >= 2.0 * sight.known_s
 
 
 def shrinking_mps(seen: Sequence[tuple[int, float]], least_s: float) -> float | None:
