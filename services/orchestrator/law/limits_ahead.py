@@ -22,6 +22,10 @@ from services.orchestrator.state import SignAhead, State
 PLACES = frozenset({"town_entry", "calm_street"})
 """Signs without a number behind which the law sets a lower limit."""
 
+CLOSED = "led:lane_closed"
+ONE_GANTRY_M = 30.0
+"""Distances of panels on one gantry differ by less."""
+
 
 class LimitAhead(NamedTuple):
     """A limit that is believed and not yet passed."""
@@ -38,10 +42,23 @@ class LimitAhead(NamedTuple):
 
 
 def limits_ahead(state: State) -> tuple[LimitAhead, ...]:
-    """All of the own lane that may hold for a car, in the order in which the signs are remembered."""
+    """All of the own lane, and beside it where it is closed, that may hold for a car, in the order in which the signs are remembered."""
     dry = surely(state, wet=False)
-    signs = (sign for sign in state.signs.ahead if sign.ours and may_be_ours(sign.scope, sign.plates, dry=dry))
+    signs = (
+        sign
+        for sign in state.signs.ahead
+        if _comes_to_us(state, sign) and may_be_ours(sign.scope, sign.plates, dry=dry)
+    )
     return tuple(limit for sign in signs if (limit := _limit(state, sign)) is not None)
+
+
+def _comes_to_us(state: State, sign: SignAhead) -> bool:
+    """Whether it stands over the ego's lane, or beside a panel there that closes the lane: the ego will leave that lane, or a bend made it
+    seem ours."""
+    if sign.ours or not sign.believed:
+        return sign.ours
+    closed = (each for each in state.signs.ahead if each.ours and each.reading == CLOSED)
+    return sign.head == "led" and any(abs(each.at_m - sign.at_m) <= ONE_GANTRY_M for each in closed)
 
 
 def binding_ahead(state: State) -> tuple[LimitAhead, ...]:

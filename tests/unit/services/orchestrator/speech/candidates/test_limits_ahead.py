@@ -9,7 +9,17 @@ from hypothesis import strategies as st
 from services.orchestrator.speech.candidates.limits_ahead import FIRM_MPS2, NEAR
 from services.orchestrator.world.stops import COMFORT_MPS2, REACTION_S
 from tests.unit.services.orchestrator.judge import arbiter
-from tests.unit.services.orchestrator.support import EXPERTS, FEW, KMH, Drive, Played, conditions, end_sign, limit_sign
+from tests.unit.services.orchestrator.support import (
+    EXPERTS,
+    FEW,
+    KMH,
+    Drive,
+    Played,
+    conditions,
+    end_sign,
+    fact,
+    limit_sign,
+)
 
 TICK_S = 0.1
 FIRM, CALM = "Slow down: 80 ahead", "80 ahead"
@@ -230,6 +240,30 @@ def test_a_limit_that_rises_while_the_tone_of_a_lower_one_sounds_is_no_overspeed
     drive.tick(limit_sign("limit:100", track_id=12))
     drive.ticks(10)
     assert drive.spoken() == [CALM, FIRM]
+
+
+@pytest.mark.parametrize(
+    ("over_ours", "closed", "off_m", "told"),
+    [
+        ("led:lane_closed", {}, 5.0, True),
+        ("led:lane_closed", {"believed": False}, 5.0, False),
+        ("led:lane_closed", {"lane_id": "offset:-1"}, 5.0, False),
+        ("led:lane_closed", {}, 60.0, False),
+        ("led:lane_open", {}, 5.0, False),
+    ],
+)
+def test_beside_a_closed_lane_the_limit_over_the_next_one_is_announced(
+    over_ours: str, closed: dict[str, Any], off_m: float, told: bool
+) -> None:
+    drive = Drive(Played(EXPERTS, arbiter=arbiter()), speed_mps=27.0, road="motorway")
+    drive.ticks(20)
+    for tick in range(20):
+        left_m = 110.0 - 2.7 * tick
+        drive.tick(
+            fact("message", over_ours, **{"track_id": 11, "distance_m": left_m, **closed}),
+            limit_sign("led:80", track_id=12, passed=False, distance_m=left_m + off_m, lane_id="offset:+1"),
+        )
+    assert bool(drive.spoken()) is told
 
 
 def test_a_driver_told_once_of_a_limit_hears_the_word_behind_its_sign() -> None:
