@@ -12,6 +12,7 @@ from services.orchestrator.speech.wording import decimal, distance, speed, word
 from services.orchestrator.state import State
 from services.orchestrator.target.target import Target
 from services.orchestrator.world.actors import (
+    FAINT,
     Way,
     clear,
     comes_from,
@@ -77,20 +78,20 @@ def _worth_a_word(state: State, way: Way, urgency: Urgency) -> bool:
     return confirmed(state.gaps, way) or (urgency == "alarm" and known(way.track))
 
 
-def _waits_at_a_line(state: State, way: Way) -> bool:
-    """Whether a driver who stops at the next line does all that a person needs: the person is behind it, and the line is sure."""
+def _waits_at_a_line(state: State, way: Way, least: float) -> bool:
+    """Whether a driver who stops at the next line does all that a person needs: the person is behind the line, believed at `least`."""
     line = next((stop for stop in stops(state) if stop.why != "person"), None)
-    known = line is not None and line.confidence >= SURE and not line.unmapped
+    known = line is not None and line.confidence >= least and not line.unmapped
     return known and line is not None and line.room_m <= way.least_m - SPARE_M
 
 
 def _tells_of_the_line(state: State, events: dict[str, Event], way: Way) -> bool:
     """Whether "Stop: red light" is said in place of a person behind that line, or was said so lately that the driver acts on it."""
-    if "stop_required" not in events or not _waits_at_a_line(state, way):
-        return False
     told = state.memory.last(Kind.STOP)
     lately = told is not None and told.news.grave and told_within(state, Kind.STOP, REACTION_S)
-    return lately or _may_tell_of_a_line(state)
+    if lately and _waits_at_a_line(state, way, FAINT):
+        return True
+    return "stop_required" in events and _may_tell_of_a_line(state) and _waits_at_a_line(state, way, SURE)
 
 
 def _may_tell_of_a_line(state: State) -> bool:
@@ -103,7 +104,7 @@ def _keeps_from_people(state: State) -> bool:
     """Whether a person worth a word is behind the next line: the line is told at once, for both."""
     if not _may_tell_of_a_line(state):
         return False
-    behind = (way for way in people(state.world) if clear(state.gaps, way) and _waits_at_a_line(state, way))
+    behind = (way for way in people(state.world) if clear(state.gaps, way) and _waits_at_a_line(state, way, SURE))
     judged = ((way, _person_urgency(state, way)) for way in behind)
     return any(urgency is not None and _worth_a_word(state, way, urgency) for way, urgency in judged)
 

@@ -10,7 +10,12 @@ SPEED_MPS = 8.6
 
 
 def approached(
-    line_m: float | None, person_m: float, light: float = 0.95, slows_mps2: float = 0.0, until_s: float = 3.0
+    line_m: float | None,
+    person_m: float,
+    light: float = 0.95,
+    slows_mps2: float = 0.0,
+    until_s: float = 3.0,
+    light_when_told: float | None = None,
 ) -> list[tuple[str, str]]:
     """What is spoken, and how urgently, on the way to a red light and a person who crosses, so far ahead at first."""
     drive = Drive(Played(arbiter=arbiter()), speed_mps=SPEED_MPS)
@@ -18,6 +23,7 @@ def approached(
     way_m, speed_mps = 0.0, SPEED_MPS
     for tick in range(round(until_s * 10)):
         told = any(each.advisory.kind != "SILENT" for _, _, each in drive.history[21:])
+        seen = light if light_when_told is None or not told else light_when_told
         slows = slows_mps2 if told and tick > 8 else 0.0
         speed_mps -= slows / 10.0
         way_m += speed_mps / 10.0
@@ -25,7 +31,7 @@ def approached(
         drive.acceleration_mps2 = -slows
         drive.tracks = (walker(person_m - way_m, speed_mps),)
         red = [] if line_m is None else [
-            fact("light", "light:red", track_id=4, distance_m=line_m - way_m + 2.25, confidence=light)
+            fact("light", "light:red", track_id=4, distance_m=line_m - way_m + 2.25, confidence=seen)
         ]  # fmt: skip
         drive.tick(*red)
     said = (each.advisory for _, _, each in drive.history if each.advisory.kind != "SILENT")
@@ -38,6 +44,12 @@ def walker(gap_m: float, closing_mps: float) -> Track:
 
 def test_of_a_person_behind_a_red_light_the_light_alone_is_told() -> None:
     assert approached(31.0, 35.0, slows_mps2=2.0, until_s=1.6) == [("Stop: red light", "warning")]
+
+
+@pytest.mark.parametrize("flickers_to", [0.5, 0.95])
+def test_a_light_that_was_told_stands_for_the_person_while_it_is_in_doubt(flickers_to: float) -> None:
+    said = approached(31.0, 35.0, slows_mps2=2.0, until_s=1.6, light_when_told=flickers_to)
+    assert said == [("Stop: red light", "warning")]
 
 
 @pytest.mark.parametrize(
