@@ -14,7 +14,7 @@ from services.retrieval.encoding.embeddings import embed, read_stored
 from services.retrieval.encoding.encoders import Encoder, Vectors
 from services.retrieval.encoding.question_vectors import QuestionVectors
 from services.retrieval.encoding.reranking import CANDIDATES, LATE_RERANKER, Reranking
-from services.retrieval.ranking.everyday import alone_in, law_words, matters_in, names_a_sign
+from services.retrieval.ranking.everyday import Matter, alone_in, law_words, matters_in, names_a_sign
 from services.retrieval.ranking.filters import Filter
 from services.retrieval.ranking.index import EngineAway, Index
 from services.retrieval.ranking.judging import LOOKED_AT, Facts, observed
@@ -193,8 +193,8 @@ class Library:
         found = [passage for index in indexes for passage in self._ranked_in(state, index, request, words, vector)]
         if request.corpus == "all" and names_a_sign(words):
             found = [_moved(passage, SIGN_LEAD) if passage.kind == "sign_table" else passage for passage in found]
-        if alone_in(words):
-            found = [passage if _speaks(indexes, passage, words) else _moved(passage, -ALONE_LEAD) for passage in found]
+        if alone := alone_in(words):
+            found = [passage if _speaks(indexes, passage, alone) else _moved(passage, -ALONE_LEAD) for passage in found]
         wanted = max(request.k, LOOKED_AT if self._reranking is None else CANDIDATES)
         ordered = sorted(found, key=lambda passage: (-passage.score, passage.passage_id))
         once = {passage.passage_id: passage for passage in reversed(ordered)}
@@ -264,20 +264,16 @@ def _moved(passage: Passage, by: float) -> Passage:
     return msgspec.structs.replace(passage, score=min(max(passage.score + by, 0.0), 1.0))
 
 
-def _speaks(indexes: Sequence[Index], passage: Passage, words: str) -> bool:
-    """Whether a question has a matter that stands alone, and the passage speaks of one of those that it has."""
-    alone = alone_in(words)
-    return bool(alone) and any(
-        matter.is_in(index.by_id[passage.passage_id].indexed)
-        for index in indexes
-        if passage.passage_id in index.by_id
-        for matter in alone
-    )
+def _speaks(indexes: Sequence[Index], passage: Passage, alone: Sequence[Matter]) -> bool:
+    """Whether a passage speaks of one of these matters."""
+    texts = (index.by_id[passage.passage_id].indexed for index in indexes if passage.passage_id in index.by_id)
+    return any(matter.is_in(text) for text in texts for matter in alone)
 
 
 def _unspoken(indexes: Sequence[Index], found: Sequence[Passage], words: str) -> bool:
     """Whether a question has a matter that stands alone and none of the best passages speaks of one: this law says nothing on it."""
-    return bool(alone_in(words)) and not any(_speaks(indexes, passage, words) for passage in found[:LOOKED_AT])
+    alone = alone_in(words)
+    return bool(alone) and not any(_speaks(indexes, passage, alone) for passage in found[:LOOKED_AT])
 
 
 def _asked(state: State, request: Request) -> list[Index]:

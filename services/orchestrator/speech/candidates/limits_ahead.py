@@ -158,6 +158,7 @@ def told_twice(state: State, limit: LegalLimit, before_ns: int) -> bool:
 
 
 TWICE_S = 10.0
+"""So long before the tone the second word on a limit still counts."""
 
 
 def is_due_soon(state: State, limit: LegalLimit) -> bool:

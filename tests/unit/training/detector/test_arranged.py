@@ -10,22 +10,9 @@ from hypothesis import strategies as st
 
 from drivemcp.paths import data
 from services.perception.detect.loading import open_session
-from services.simulator.render.device.context import RendererUnavailable
-from training.dataset.shards import Frames, load_frames, render_stage, write_shard
+from training.dataset.shards import Frames
 from training.detector import int8
 from training.detector.arranged import arranged
-
-
-@pytest.fixture(scope="module")
-def frames(tmp_path_factory: pytest.TempPathFactory) -> Frames:
-    try:
-        renderer, shots = render_stage(None, 7, "test", 2)
-    except RendererUnavailable as error:
-        pytest.skip(str(error))
-    renderer.close()
-    folder = tmp_path_factory.mktemp("frames")
-    write_shard(folder / "test-000000.npz", shots)
-    return load_frames(folder, "test")
 
 
 @pytest.fixture(scope="module")

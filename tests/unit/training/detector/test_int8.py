@@ -6,33 +6,19 @@ from pathlib import Path
 
 import numpy as np
 import onnx
-import pytest
 from onnx import numpy_helper
 
 from drivemcp.paths import data
 from services.perception.detect.detection import Detection, overlaps
 from services.perception.detect.detector import DetectorOptions
 from services.perception.detect.loading import load_detector
-from services.simulator.render.device.context import RendererUnavailable
-from training.dataset.shards import Frames, load_frames, render_stage, write_shard
+from training.dataset.shards import Frames
 from training.detector.int8 import FLOAT, origin, quantise
 from training.detector.probabilities import score_at
 
 SURE = 0.6
 SEEN = 0.5
 """Told by the other network too, or found by it more likely than not, where the card's floor is higher."""
-
-
-@pytest.fixture(scope="module")
-def frames(tmp_path_factory: pytest.TempPathFactory) -> Frames:
-    try:
-        renderer, shots = render_stage(None, 7, "test", 3)
-    except RendererUnavailable as error:
-        pytest.skip(str(error))
-    renderer.close()
-    folder = tmp_path_factory.mktemp("frames")
-    write_shard(folder / "test-000000.npz", shots)
-    return load_frames(folder, "test")
 
 
 def of_the_float_one(folder: Path) -> Path:
