@@ -161,6 +161,8 @@ class Light(msgspec.Struct, frozen=True, kw_only=True):
     """A map told its own line, which may be passed by now."""
     lost_at_line: bool = False
     """The ego stood at the line with the lamp above the cameras' view: its state is unknown."""
+    seen_twice: bool = False
+    """The front end believes it, or a second picture shows a lamp there that does not permit to go, too."""
 
     @property
     def permits(self) -> bool:

@@ -2,6 +2,7 @@
 
 The ego's way is not known: an arrow's red or amber counts as red or amber, and its green only ends the red of its own
 lamp. No arrow ends a round red beside it. A red that was doubted and is withdrawn by later pictures of its track ends.
+A red of a single doubted picture lowers the target; words on it wait for a second picture or a mapped line.
 A lamp seen from behind, across the junction, is read as off: it ends no lit lamp but itself, and hides no red.
 """
 
@@ -146,6 +147,13 @@ class _Reading(NamedTuple):
         return self.beyond_m < -NEXT_JUNCTION_M
 
     @property
+    def seen_twice(self) -> bool:
+        """Whether a red or amber lamp is believed, or a picture before showed one at this junction."""
+        before = not self.held.permits and abs(self.beyond_m) <= LAMPS_APART_M
+        again = self.held.seen_twice or self.fact.frame_stamp_ns > self.held.seen_ns
+        return self.fact.believed or (before and again)
+
+    @property
     def one_way(self) -> bool:
         """Whether an arrow permits to go: the lamp's own red ends, no permission begins."""
         return self.permits and bool(self.arrow)
@@ -186,4 +194,5 @@ def _read_light(light: Light | None, fact: Fact, now_ns: int) -> Light | None:
         track_id=fact.track_id,
         arrow="" if read.same and not held.arrow else read.arrow,
         lined=held.lined and (read.same or abs(read.beyond_m) <= LAMPS_APART_M),
+        seen_twice=read.seen_twice,
     )

@@ -37,6 +37,8 @@ class Stop(NamedTuple):
     """The person; None: the stop is a line."""
     unmapped: bool = False
     """The line is a guess beside the map's."""
+    doubted: bool = False
+    """One picture alone shows it, and no map has its line: it bounds the target, and is not spoken of."""
 
     def approach_mps(self) -> float:
         """The speed from which comfortable braking ends at the line."""
@@ -80,7 +82,8 @@ def _red(state: State) -> Stop | None:
     line_m = state.stop_m if state.stop_kind in STOP_LINES else None
     unmapped = line_m is not None and not light.lined and is_beyond(line_m, light)
     stop = _at("red_light", _by_now_m(state, light) if line_m is None or unmapped else line_m, light.confidence)
-    return stop._replace(unmapped=unmapped) if stop is not None else None
+    doubted = not light.seen_twice and (line_m is None or unmapped)
+    return stop._replace(unmapped=unmapped, doubted=doubted) if stop is not None else None
 
 
 def _by_now_m(state: State, light: Light) -> float | None:

@@ -81,7 +81,7 @@ def _worth_a_word(state: State, way: Way, urgency: Urgency) -> bool:
 def _waits_at_a_line(state: State, way: Way, least: float) -> bool:
     """Whether a driver who stops at the next line does all that a person needs: the person is behind the line, believed at `least`."""
     line = next((stop for stop in stops(state) if stop.why != "person"), None)
-    known = line is not None and line.confidence >= least and not line.unmapped
+    known = line is not None and line.confidence >= least and not line.unmapped and not line.doubted
     return known and line is not None and line.room_m <= way.least_m - SPARE_M
 
 
@@ -248,8 +248,9 @@ def _hazard_ttc_s(way: Way) -> float:
 
 def stop(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:
     """The nearest red light or stop sign; and, for a driver who sets off below a light that only he can see, the request to look at it."""
-    due = [stop for stop in stops(state) if stop.why != "person"] if "stop_required" in events else []
-    if due and (found := _stop_candidate(state, due[0])) is not None:
+    due = next((stop for stop in stops(state) if stop.why != "person" and not stop.doubted), None)
+    found = _stop_candidate(state, due) if due is not None and "stop_required" in events else None
+    if found is not None:
         yield found
     elif state.light is not None and state.light.lost_at_line and not stands(state.world):
         values = {"state": _lamp(state, state.light.state)}

@@ -343,3 +343,21 @@ def test_behind_its_line_the_ego_is_not_to_stop_before_a_light_across_the_juncti
     drive.tick(lamp("red", distance_m=line_m + across_m))
     red = [stop for stop in stops(drive.state) if stop.why == "red_light"]
     assert all(stop.room_m > line_m + across_m for stop in red)
+
+
+@pytest.mark.parametrize("believed", [True, False])
+@pytest.mark.parametrize("again", [True, False])
+def test_a_red_of_one_doubted_picture_lowers_the_target_and_is_spoken_of_once_a_second_shows_it(
+    believed: bool, again: bool
+) -> None:
+    drive = Drive(speed_mps=12.0)
+    drive.ticks(20)
+    before = drive.tick().advisory.target_mps
+    red = lamp("red", distance_m=25.0, believed=believed, confidence=0.7)
+    first = drive.tick(red).advisory
+    assert before is not None
+    assert first.target_mps is not None
+    assert first.target_mps < before
+    second = drive.tick(*([red] if again else [])).advisory
+    said = [each.directive for each in (first, second) if each.kind != "SILENT"]
+    assert said == (["Stop: red light"] if believed or again else [])
