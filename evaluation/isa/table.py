@@ -120,12 +120,13 @@ def _load(found: list[Outcome]) -> Iterator[Row]:
     cut = sum(each.metrics.cut_off or 0 for each in found)
     km = sum(each.metrics.distance_m or 0.0 for each in found) / 1000.0
     false = sum(each.metrics.false_warnings or 0 for each in found)
-    hazards, answered = (sum(getattr(each.metrics, name) or 0 for each in found) for name in HAZARDS)
+    hazards, answered, untold = (sum(getattr(each.metrics, name) or 0 for each in found) for name in HAZARDS)
     yield "messages an hour", f"{messages / hours:.0f}" if hours else "-", "at most 120"
     yield "time in which the driver listens", _percent(listening_s, hours * 3600.0), "at most 6"
     yield "messages that the next one cuts off", _percent(cut, messages), "at most 2"
     yield "false warnings per 10 km", f"{false / km * 10.0:.2f}" if km else "-", "at most 0.5"
     yield f"hazards answered, of {hazards}", _percent(answered, hazards), "98"
+    yield "hazards answered, or met well without a word", _percent(answered + untold, hazards), ""
     yield from _precision(found)
 
 
@@ -151,7 +152,7 @@ PRECISE = "at least 70 true"
 """Below it drivers stop using a warning (FHWA-HRT-15-007, as quoted second-hand)."""
 
 
-HAZARDS = ("hazards", "hazards_answered")
+HAZARDS = ("hazards", "hazards_answered", "hazards_met_untold")
 
 
 def _percent(part: float, whole: float) -> str:

@@ -4,6 +4,8 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
+from domain.kinematics import needed_mps2
+from evaluation.metrics.comfort import HARD_MPS2
 from evaluation.metrics.conflicts import conflict_s, gap_m, median_stop_m, person_ahead, ttc_s
 from evaluation.metrics.record import At, Record
 from proto.decision import Advisory
@@ -22,6 +24,12 @@ OTHER_LINE_M = 10.0
 """Ours: lines farther apart are two; the way driven and the way along the road differ by less."""
 SLOWER = frozenset({"deep_water", "school_zone"})
 """Hazards that call for less speed and no stop: a word that asks for it is in time as long as they are on."""
+
+
+WELL_MPS2 = 3.0
+"""Ours: a hazard that needs no more, and is braked for by no more than `HARD_MPS2`, is met by ordinary driving."""
+UNSEEN_IN_OUTCOME = frozenset({"deep_water"})
+"""How a car behaves in it is not simulated: that nothing happened says nothing."""
 
 
 class Episode(NamedTuple):
@@ -85,6 +93,28 @@ def any_on(record: Record, time_s: float) -> bool:
 def answers(record: Record) -> tuple[Answer, ...]:
     """What was said about each hazard."""
     return tuple(_answer(record, episode) for episode in episodes(record))
+
+
+def met_untold(record: Record, told: Sequence[Answer]) -> int:
+    """How many of the unanswered hazards the driver met well without a word."""
+    return sum(each.at_s is None and _went_well(record, each.episode) for each in told)
+
+
+def _went_well(record: Record, episode: Episode) -> bool:
+    """Whether there was no infraction, no contact, and never more than ordinary braking, needed or done."""
+    if episode.kind in UNSEEN_IN_OUTCOME:
+        return False
+    return all(_goes_well(truth, episode) for truth in record.truths_between(episode.onset_s, episode.over_s))
+
+
+def _goes_well(truth: Truth, episode: Episode) -> bool:
+    if truth.infraction or truth.collision or -truth.acceleration_mps2 > HARD_MPS2:
+        return False
+    body = _body(truth, _now(truth, episode) or episode.first)
+    if body is not None and not body.in_ego_path:
+        return True
+    gap, closing = distance(truth, episode)
+    return gap is None or closing <= 0.0 or needed_mps2(closing, gap) <= WELL_MPS2
 
 
 def by_kind(told: Sequence[Answer]) -> dict[str, tuple[Answer, ...]]:
@@ -172,7 +202,7 @@ def _escalation_ttcs(record: Record, about: list[At[Advisory]], episode: Episode
 
 def distance(truth: Truth, episode: Episode) -> tuple[float | None, float]:
     """(gap in m, closing speed in m/s) to a hazard, before its onset too; a gap of None: the truth does not tell it."""
-    now = next((each for each in on_now(truth) if (each.kind, each.onset_s) == (episode.kind, episode.onset_s)), None)
+    now = _now(truth, episode)
     body = _body(truth, now or episode.first)
     if body is not None:
         told = now.distance_m if now is not None else None
@@ -180,6 +210,11 @@ def distance(truth: Truth, episode: Episode) -> tuple[float | None, float]:
     if now is None and episode.first.distance_m is not None:
         return episode.first.distance_m + episode.way_m - truth.distance_m, truth.speed_mps
     return _untold(truth, episode.kind, now.distance_m if now is not None else None)
+
+
+def _now(truth: Truth, episode: Episode) -> TrueHazard | None:
+    """The hazard as truth tells it now, while it is on."""
+    return next((each for each in on_now(truth) if (each.kind, each.onset_s) == (episode.kind, episode.onset_s)), None)
 
 
 def _body(truth: Truth, hazard: TrueHazard) -> TrueActor | None:

@@ -43,6 +43,8 @@ class Metrics(msgspec.Struct, frozen=True, kw_only=True):
     """True hazards; truth."""
     hazards_answered: int | None = None
     """Of them, those with an effective warning or intervention; truth, advisories."""
+    hazards_met_untold: int | None = None
+    """Of those not answered, those that the driver met without infraction, contact or hard braking: no word was due; truth."""
     hazard_response_s: tuple[float, ...] = ()
     """Onset to the first effective warning or intervention, s, of each that had none before its onset."""
     hazards_answered_before: int | None = None
@@ -253,6 +255,7 @@ def measure(record: Record) -> Metrics:
         overspeed_true_pct=law.overspeed_true_pct(record),
         hazards=len(answers),
         hazards_answered=_answered(answers),
+        hazards_met_untold=hazards.met_untold(record, answers),
         hazards_answered_before=sum(each.before for each in answers),
         hazard_response_s=_known(each.response_s for each in answers),
         hazards_by_kind={kind: len(each) for kind, each in by_kind.items()},

@@ -91,6 +91,9 @@ OURS: tuple[Column, ...] = (
     Column(title="overspeed, true limit", unit="%", field="overspeed_true_pct"),
     Column(title="hazards answered", unit="%", better="more", share=("hazards_answered", "hazards"), places=0),
     Column(
+        title="hazards met well without a word", unit="%", better="", share=("hazards_met_untold", "hazards"), places=0
+    ),
+    Column(
         title="hazards answered before the onset",
         unit="%",
         better="",

@@ -2,7 +2,8 @@
 
 The ego's way is not known: an arrow's red or amber counts as red or amber, and its green only ends the red of its own
 lamp. No arrow ends a round red beside it. A red that was doubted and is withdrawn by later pictures of its track ends.
-A red of a single doubted picture lowers the target; words on it wait for a second picture or a mapped line.
+A red of a single doubted picture, or one that the pictures of 3 s do not show, lowers the target; words on it wait for
+another picture or a mapped line.
 A lamp seen from behind, across the junction, is read as off: it ends no lit lamp but itself, and hides no red.
 """
 
@@ -27,6 +28,7 @@ from services.orchestrator.state import PERMISSION, Light
 _STATES = ("red", "red_amber", "amber", *PERMISSION)
 _WAYS = ("left", "straight", "right")
 GREEN_LASTS_NS = 2 * SECOND
+OUT_OF_SIGHT_NS = UNSET_AFTER * VALID_NS["light"]
 RED_LASTS_NS = 60 * SECOND
 """Of a red light at an unknown distance while the ego moves; older readings count for nothing."""
 LAMPS_APART_M = 15.0
@@ -141,7 +143,7 @@ class _Reading(NamedTuple):
         if self.held.permits and not self.permits:
             return self.held.state == "off" or self.beyond_m <= NEXT_JUNCTION_M
         # A lamp may be known under another number once it was out of sight.
-        lost = self.now_ns - self.held.seen_ns > UNSET_AFTER * VALID_NS["light"]
+        lost = self.now_ns - self.held.seen_ns > OUT_OF_SIGHT_NS
         if lost or self.permits == self.held.permits:
             return self.beyond_m <= LAMPS_APART_M
         return self.beyond_m < -NEXT_JUNCTION_M

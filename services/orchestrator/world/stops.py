@@ -6,6 +6,7 @@ from domain import kinematics
 from proto.perception import Track
 from services.orchestrator.state import Light, State
 from services.orchestrator.world.actors import EGO_HALF_M, people
+from services.orchestrator.world.lights import OUT_OF_SIGHT_NS
 from services.orchestrator.world.stop_lines import STOP_LINES, beyond, is_beyond, line_of, stop_signs, unexplained_line
 
 REACTION_S = 1.9
@@ -38,7 +39,7 @@ class Stop(NamedTuple):
     unmapped: bool = False
     """The line is a guess beside the map's."""
     doubted: bool = False
-    """One picture alone shows it, and no map has its line: it bounds the target, and is not spoken of."""
+    """One picture alone shows it, or none for 3 s, and no map has its line: it bounds the target, and is not spoken of."""
 
     def approach_mps(self) -> float:
         """The speed from which comfortable braking ends at the line."""
@@ -82,7 +83,8 @@ def _red(state: State) -> Stop | None:
     line_m = state.stop_m if state.stop_kind in STOP_LINES else None
     unmapped = line_m is not None and not light.lined and is_beyond(line_m, light)
     stop = _at("red_light", _by_now_m(state, light) if line_m is None or unmapped else line_m, light.confidence)
-    doubted = not light.seen_twice and (line_m is None or unmapped)
+    seen = light.seen_twice and light.missed_ns <= OUT_OF_SIGHT_NS
+    doubted = not seen and (line_m is None or unmapped)
     return stop._replace(unmapped=unmapped, doubted=doubted) if stop is not None else None
 
 

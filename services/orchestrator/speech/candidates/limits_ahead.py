@@ -8,10 +8,10 @@ from domain.kinematics import needed_mps2
 from domain.units import posted_text, to_mps
 from proto.decision import Event
 from proto.messages import ROWS, Kind
-from proto.rules import LegalLimit
+from proto.rules import LegalLimit, PostedLimit
 from proto.speech import News
-from services.orchestrator.law.limits_ahead import LimitAhead, binding_ahead, limits_ahead
-from services.orchestrator.signs.limits import in_force
+from services.orchestrator.law.limits_ahead import LimitAhead, binding_ahead, limits_ahead, surely
+from services.orchestrator.signs.limits import in_force, may_be_ours
 from services.orchestrator.speech.candidate import SPOKEN_S, Candidate, told_within
 from services.orchestrator.speech.wording import distance, limit_number
 from services.orchestrator.speed_assistance import kept_up_to_mps
@@ -94,7 +94,7 @@ def past(state: State) -> tuple[Kind, ...]:
     flickers is not announced anew each time. And the word on a limit, once a higher one holds.
     """
     shown = {(each.value, each.unit) for each in limits_ahead(state)}
-    shown |= {(each.posted.value, each.posted.unit) for each in in_force(state.signs)}
+    shown |= {(each.value, each.unit) for each in _posted_for_us(state)}
     told = (state.memory.last(kind) for kind in ANNOUNCES)
     over = tuple(
         each.kind
@@ -105,6 +105,13 @@ def past(state: State) -> tuple[Kind, ...]:
     )
     rose = state.limit_mps is not None and state.former_mps is not None and state.limit_mps > state.former_mps
     return (*over, Kind.LIMIT) if rose and state.memory.last(Kind.LIMIT) is not None else over
+
+
+def _posted_for_us(state: State) -> Iterator[PostedLimit]:
+    """Limits in force that may hold for a car now, not those of lorries."""
+    dry = surely(state, wet=False)
+    posted = (each.posted for each in in_force(state.signs))
+    return (each for each in posted if may_be_ours(each.scope, each.plates, dry=dry))
 
 
 def ahead(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:

@@ -279,3 +279,30 @@ def test_deep_water_is_answered_by_a_word_that_asks_for_less_speed_than_is_drive
 def test_a_truth_that_tells_only_the_oldest_hazard_is_understood() -> None:
     record = Record(truths=truths(3.0, lambda t: {"speed_mps": 10.0, "hazard": "cut_in", "hazard_onset_s": 0.5}))
     assert [each.kind for each in hazards.episodes(record)] == ["cut_in"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "well"),
+    [
+        ({}, True),
+        ({"infraction": "speeding"}, False),
+        ({"collision": True}, False),
+        ({"acceleration_mps2": -3.6}, False),
+        ({"gap_m": 12.0}, False),  # 10 m/s within 12 m take 4.2 m/s2
+    ],
+    ids=["well", "infraction", "contact", "braked hard", "too near"],
+)
+def test_an_unanswered_hazard_was_met_well_where_nothing_happened_and_ordinary_braking_sufficed(
+    changes: dict[str, Any], well: bool
+) -> None:
+    met = tuple(structs.replace(each, **changes) if each.time_s >= 3.0 else each for each in braking_lead(over_s=5.0))
+    found = measure(Record(truths=met))
+    assert (found.hazards, found.hazards_answered, found.hazards_met_untold) == (1, 0, int(well))
+    warned = measure(Record(truths=met, advisories=(said(2.5, **LEAD),)))
+    assert (warned.hazards_answered, warned.hazards_met_untold) == (1, 0)
+
+
+def test_deep_water_is_never_met_well_without_a_word() -> None:
+    on = (hazard("deep_water", 2.0),)
+    found = measure(Record(truths=truths(4.0, lambda at_s: {"speed_mps": 20.0, "hazards": on if at_s >= 2.0 else ()})))
+    assert (found.hazards, found.hazards_met_untold) == (1, 0)

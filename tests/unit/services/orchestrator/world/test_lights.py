@@ -361,3 +361,20 @@ def test_a_red_of_one_doubted_picture_lowers_the_target_and_is_spoken_of_once_a_
     second = drive.tick(*([red] if again else [])).advisory
     said = [each.directive for each in (first, second) if each.kind != "SILENT"]
     assert said == (["Stop: red light"] if believed or again else [])
+
+
+@pytest.mark.parametrize(("mapped", "seen"), [(False, False), (True, False), (False, True)])
+def test_a_red_that_the_pictures_of_three_seconds_do_not_show_bounds_and_is_told_by_a_mapped_line_alone(
+    mapped: bool, seen: bool
+) -> None:
+    drive, at_m = Drive(speed_mps=10.0), 80.0
+    free_mps = drive.ticks(20).advisory.target_mps
+    while at_m > 20.0:
+        drive.lines = (StopLine(distance_m=at_m - 3.0, kind="light"),) if mapped else ()
+        drive.tick(*([lamp("red", distance_m=at_m)] if seen or at_m > 75.0 else []))
+        at_m -= 1.0
+    target_mps = drive.history[-1][2].advisory.target_mps
+    assert free_mps is not None
+    assert target_mps is not None
+    assert target_mps < free_mps
+    assert ("Stop: red light" in drive.spoken()) == (mapped or seen)

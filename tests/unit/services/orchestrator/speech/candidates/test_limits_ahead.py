@@ -18,6 +18,7 @@ from tests.unit.services.orchestrator.support import (
     conditions,
     end_sign,
     fact,
+    limit_answer,
     limit_sign,
 )
 
@@ -295,3 +296,21 @@ def test_nobody_who_is_slow_enough_is_told_and_everybody_else_in_time(speed_mps:
     if over and from_m > needed_m:
         told_m = max(spoken.get(FIRM, 0.0), spoken.get(CALM, 0.0))
         assert told_m >= min(from_m, needed_m) - 3 * speed_mps * TICK_S
+
+
+def test_a_limit_that_was_announced_and_proved_to_be_of_lorries_silences_no_later_one() -> None:
+    drive = Drive(
+        Played({**EXPERTS, "applicable_limit": lambda _: limit_answer(120)}, arbiter=arbiter()),
+        speed_mps=27.0,
+        road="motorway",
+    )
+    drive.ticks(20)
+    drive.tick(limit_sign("limit:80", passed=False, distance_m=150.0))
+    for left_m in (100.0, 50.0, 10.0):
+        drive.tick(limit_sign("limit:80", passed=False, distance_m=left_m, plates=("plate:lorries",)))
+    drive.tick(limit_sign("limit:80", plates=("plate:lorries",)))
+    drive.ticks(60)
+    before = len(drive.spoken())
+    drive.tick(limit_sign("limit:80", track_id=9, passed=False, distance_m=150.0))
+    drive.ticks(10)
+    assert drive.spoken()[before:] == [CALM]
