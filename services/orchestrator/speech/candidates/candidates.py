@@ -319,8 +319,8 @@ def _foreign(state: State, target: Target, events: dict[str, Event]) -> Iterator
     if "foreign_sign" not in events or meaning is None:
         return
     sign = foreign_sign(state)
-    if sign is None or meaning.reading != sign.reading or sign.head == "border":
-        return  # a border is told by its country
+    if sign is None or meaning.reading != sign.reading or sign.head == "border" or sign.scope == "end":
+        return  # a border is told by its country, and the end of a limit is shown
     if sign.value is not None and is_near(state, to_mps(sign.value, sign.unit or "km/h")):
         return  # whatever the plate means, that limit is kept
     if any(each.sign.track_id == sign.track_id and was_announced(state, each) for each in binding_ahead(state)):

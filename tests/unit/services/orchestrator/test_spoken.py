@@ -20,6 +20,7 @@ from tests.unit.services.orchestrator.support import (
     actor,
     conditions,
     doubted,
+    end_sign,
     fact,
     law_of,
     limit_answer,
@@ -189,6 +190,14 @@ def test_a_plate_under_a_limit_that_holds_and_was_announced_is_not_explained_as_
         drive.tick(limit_sign("limit:80", scope="when_wet", plates=("plate:when_wet:de",), **sign))
     assert drive.spoken()[before - 1] == "Slow down: 80 ahead"
     assert not any("when wet" in words for words in drive.spoken())
+
+
+def test_a_foreign_plate_under_the_end_of_a_limit_is_shown_and_not_explained() -> None:
+    drive = Drive(speed_mps=27.0, road="motorway")
+    drive.ticks(60)
+    drive.tick(end_sign("all_end", passed=False, plates=("plate:when_wet:de",), distance_m=40.0))
+    drive.ticks(20)
+    assert not any(each.advisory.topic == "foreign" for _, _, each in drive.history)
 
 
 def test_two_foreign_plates_in_turn_are_explained_once_each() -> None:
