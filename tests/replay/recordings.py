@@ -67,6 +67,7 @@ PROMPTED: dict[str, dict[str, Any]] = {
 
 RECORDINGS: Mapping[str, Recording] = {
     "town": Recording("urb-rain/calibration/3"),
+    "town-with-words": Recording("urb-rain/test/540", seed=1541, seconds=158.0),
     "town-in-rain": Recording("urb-rain/calibration/5", seed=2),
     "border": Recording("cross-border"),
     "border-to-miles": Recording("cross-border/calibration/2", seed=2),
