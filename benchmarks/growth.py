@@ -32,7 +32,7 @@ class Known:
         self._known = known
 
     def passages(self, texts: Sequence[str]) -> Vectors:
-        """Nobody asks."""
+        """Never called. Raises NotImplementedError."""
         raise NotImplementedError
 
     def query(self, text: str) -> Vectors:

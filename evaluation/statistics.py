@@ -10,7 +10,7 @@ from scipy import stats
 
 LEVEL = 0.95
 CHANCE = 0.01
-"""Two rows are told apart where chance alone would part them as far in fewer than one of so many comparisons."""
+"""Two rows differ where chance alone would part them as far in less than this share of comparisons."""
 FLIPS = 9999
 """Up to as many ways to deal the signs all are tried (13 pairs), beyond as many are drawn."""
 ROUNDING = 1e-9
@@ -64,10 +64,10 @@ def mean_sd_ci(values: Sequence[float]) -> Spread:
 
 
 def ratio_ci(parts: Sequence[float], wholes: Sequence[float]) -> Spread:
-    """The ratio of the sums, and Student's t interval about it from how far each part is from its share of the whole (Cochran 1977,
-    Sampling Techniques, chapter 6): long runs count for more, in the number and in its interval.
+    """The ratio of the sums, and Student's t interval about it from how far each part is from its share of the whole.
 
-    None: fewer than two, or all with the same ratio. Raises ValueError on unequal lengths.
+    Long runs count for more, in the number and in its interval (Cochran 1977, Sampling Techniques, chapter 6). There is no interval
+    for fewer than two runs, or for runs that all have the same ratio. Raises ValueError on unequal lengths.
     """
     n, whole = len(wholes), sum(wholes)
     if whole <= 0.0:
@@ -115,7 +115,7 @@ def paired(ours: Sequence[float], theirs: Sequence[float]) -> Spread:
 
 
 def _apart(ours: Sequence[float], theirs: Sequence[float]) -> list[float]:
-    """The pairs' differences; what is only the last bits of both is none."""
+    """The pairs' differences; a difference in their last bits alone is 0."""
     pairs = zip(ours, theirs, strict=True)
     return [0.0 if abs(a - b) <= ROUNDING * max(abs(a), abs(b)) else a - b for a, b in pairs]
 

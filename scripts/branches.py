@@ -1,7 +1,7 @@
 """Branches per 100 code lines of folders of Python: `python scripts/branches.py services/orchestrator --functions 10`.
 
 A branch is an `if`, `elif`, `for`, `while`, `except` or `case`, an operand of `and` or `or` beyond the first, a conditional
-expression, or a condition of a comprehension. A code line holds code: blank lines, comments and docstrings are none.
+expression, or a condition of a comprehension. A code line holds code: blank lines, comments and docstrings do not count.
 """
 
 import argparse

@@ -14,7 +14,7 @@ NOTE = "No law is consulted: the number on the sign, in the driver's unit."
 
 
 def applicable_limit(situation: Situation) -> RulesAnswer:
-    """The lowest number that is posted without a condition; unknown where there is none."""
+    """The lowest number that is posted without a condition; unknown where no such number is posted."""
     numbers = [each for each in situation.posted if each.scope != "when_wet"]
     lowest = min(numbers, key=lambda each: each.value, default=None)
     if lowest is None:

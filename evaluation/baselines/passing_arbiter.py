@@ -19,7 +19,7 @@ KINDS = {"closing_lead": ("vehicle",), "pedestrian": ("pedestrian", "cyclist")}
 
 
 def suggested(request: ArbitrationRequest, view: View, profile: Profile) -> Suggested | None:
-    """The nearest in time of those of whom the advice warns; None where it warns of nobody, or the speed is unknown."""
+    """The actor nearest in time of those that the advice warns of; `None` without such an actor, or where the speed is unknown."""
     fused = request.fused
     if fused.urgency not in WARNS or request.ego_speed_mps is None:
         return None

@@ -102,7 +102,7 @@ class Pool:
         slot.runs += 1
 
     def _sent(self, slot: _Slot, job: Job) -> bool:
-        """Whether there is somebody to take it; who is just dying seems to, and never says that he has it."""
+        """Whether a process takes the job. A process that is just dying seems to take it, and never says that it has it."""
         assert slot.pipe is not None
         try:
             slot.pipe.send((self.folder, job.key, job.spec))
@@ -194,7 +194,10 @@ def _serve(pipe: Connection, work: Work) -> None:
 
 
 def _end_with_parent() -> None:
-    """A parent that was killed ends nobody; nothing may go on driving into a folder that the next one takes."""
+    """End this process group once the parent has ended.
+
+    A parent that was killed ends no process, and no process may go on driving into a folder that the next parent takes.
+    """
     parent = multiprocessing.parent_process()
     assert parent is not None
     parent.join()

@@ -41,7 +41,7 @@ class Line(msgspec.Struct, frozen=True, kw_only=True):
     moments: msgspec.Raw
     labelled: msgspec.Raw
     machine: str = ""
-    """On what it was driven; empty: nobody noted it."""
+    """The machine on which the run was driven; empty: it was not noted."""
 
     @property
     def of_today(self) -> bool:
@@ -159,7 +159,7 @@ def _is_new(line: Line, there: Line | None) -> bool:
 
 @contextmanager
 def _alone(file: Path) -> Iterator[None]:
-    """Nobody else reads and writes files of that folder through us meanwhile: what two publish at once is all kept."""
+    """No other `publish` reads or writes files of that folder meanwhile: the runs that two publish at once are all kept."""
     file.parent.mkdir(parents=True, exist_ok=True)
     folder = os.open(file.parent, os.O_RDONLY)
     try:

@@ -27,7 +27,7 @@ class Spread:
     allowed: Callable[[RunSpec], float] = allowed_s
 
     def done(self, jobs: Sequence[Job]) -> Iterator[Done]:
-        """Each job's end, in the order in which they end. Raises UserError without Ray, or where nobody answers."""
+        """Each job's end, in the order in which they end. Raises UserError without Ray, or where no cluster answers."""
         if not jobs:
             return
         ray = _ray()

@@ -42,7 +42,7 @@ class Kept(msgspec.Struct, frozen=True, kw_only=True):
     outcome: str = ""
     """A digest of the run's truth and of what was decided and said in it (`evaluation.metrics.Record`): equal if a run came out alike."""
     machine: str = ""
-    """On what it was driven; empty: nobody noted it."""
+    """The machine on which the run was driven; empty: it was not noted."""
     labelled: Drive = Drive((), 0.0)
     """What a driver who knows the truth would say of it: rows that adapt begin their next run with it."""
 
@@ -107,12 +107,12 @@ class Store:
         return self._known.setdefault(key, kept)
 
     def driven(self, key: str) -> bool:
-        """Whether the run came to its end, whoever measured it, and what measuring it again takes is here."""
+        """Whether the run came to its end, by whichever `MEASURES` it was measured, and the files for measuring it again are here."""
         return all((self.path(key) / name).exists() for name in (LOG, TRUTH_FILE))
 
     @contextmanager
     def alone(self) -> Iterator[None]:
-        """Nobody else drives into this folder meanwhile. Raises UserError where somebody does, or where it cannot be written."""
+        """No other evaluation drives into this folder meanwhile. Raises UserError where one does, or where the folder cannot be written."""
         with self._locked() as file:
             try:
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)

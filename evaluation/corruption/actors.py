@@ -32,7 +32,7 @@ class Actors:
         return after, {self._bound[number]: (window, number) for number, window in gone.items()}
 
     def boxes(self, boxes: Boxes, since_ns: int) -> Boxes:
-        """The boxes that are left. One whose track was never told of yet stays: nobody knows whose it is."""
+        """The boxes that are left. A box stays whose track was not told of yet: its actor is not known."""
         left = tuple(
             box
             for box in boxes.boxes
@@ -53,7 +53,7 @@ class Actors:
 
 
 def _next(tracks: Sequence[Track]) -> int | None:
-    """Who leads among those left, as perception would say: the next in the path going our way."""
+    """The number of the track that leads among those left, as perception would say: the next one in the path that goes our way."""
     ahead = [
         each for each in tracks if each.in_ego_path and not each.oncoming and each.kind != "pedestrian" and each.x_m > 0
     ]

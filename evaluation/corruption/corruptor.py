@@ -52,7 +52,7 @@ class Corruptor:
         self._truths.add(truth, stamp_ns)
 
     def moved(self, speed_mps: float, now_ns: int) -> None:
-        """The ego's speed; without truth, encounters are told apart by the way driven."""
+        """The ego's speed; without truth, the way driven distinguishes encounters."""
         self._encounters.move(speed_mps, now_ns)
 
     def leave(self, topic: Topic[Any], message: msgspec.Struct, id: str, stamp_ns: int) -> Left:

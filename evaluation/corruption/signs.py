@@ -10,7 +10,7 @@ from proto.scene import Fact, Facts
 from proto.truth import Corrupted, CorruptionKind
 
 MISSABLE = ("limit", "sign", "message")
-"""Kinds of facts that come from one sign. Lights are none, and what follows from many signs (country, units) is no sign."""
+"""Kinds of facts that come from one sign. A light is not a sign, nor is what follows from many signs (country, units)."""
 
 
 def missed(spec: CorruptionSpec, encounter: Encounter) -> bool:

@@ -100,7 +100,7 @@ def _publish(
 
 @contextmanager
 def interruptible() -> Iterator[None]:
-    """SIGINT and SIGTERM end the driving, whoever started us and however; a shell's background job ignores the first."""
+    """SIGINT and SIGTERM end the driving, however this process was started: a shell's background job would ignore SIGINT."""
 
     def stop(*_: object) -> None:
         raise KeyboardInterrupt

@@ -132,7 +132,7 @@ def _closing_mps(truth: Truth) -> float:
 
 
 def _physics_mps(told: Told) -> float:
-    """Braking from the first instant on at which the arbiter's own reading held somebody undoubted in the way."""
+    """Closing speed at contact, braked from the first instant at which the arbiter's own reading held an undoubted road user in the way."""
     stamps, profile = [stamp for stamp, _ in told.truths], load("calibrated")
     for stamp, decision in told.decisions:
         seen = _undoubted(decision, profile)

@@ -82,6 +82,6 @@ def _changes(shown: list[tuple[Truth, float | None]]) -> Iterator[tuple[float, f
 
 
 def _delay_s(shown: list[tuple[Truth, float | None]], at_s: float, until_s: float) -> float | None:
-    """From a change to the first instant with its limit; None: there was none before the next change."""
+    """From a change to the first instant with its limit; `None`: the next change came before."""
     within = (each for each in shown if at_s <= each[0].time_s < until_s)
     return next((truth.time_s - at_s for truth, held in within if same_limit(held, truth.law_limit_mps)), None)

@@ -18,7 +18,7 @@ NEAR_TTC_S, NEAR_PET_S = 1.5, 1.0
 """A near-collision: van der Horst and Kraay 1986 (DOCTOR) call an encounter critical below these; SSAM (FHWA-HRT-08-051)
 has the same 1.5 s for time to collision."""
 CLOSING_MPS = 0.1
-"""Below this nobody closes in, and there is no time to collision."""
+"""Below this closing speed there is no time to collision."""
 CONFLICT_WITHIN_S = 20.0
 """Ours: who is met later than this is not closing in; at 0.1 m/s a steady lead would be minutes away, and the mean his."""
 APART_S = 2.0
@@ -42,7 +42,7 @@ ANSWERED_BEFORE_S = 1.0
 
 
 def ttc_s(gap_m: float | None, closing_mps: float | None) -> float | None:
-    """The paper's time to collision, distance over closing speed; None: nobody there or nobody closing in."""
+    """The paper's time to collision, distance over closing speed; `None`: no road user is there or closes in."""
     if gap_m is None or closing_mps is None or closing_mps <= CLOSING_MPS:
         return None
     return max(0.0, gap_m) / closing_mps
@@ -65,7 +65,7 @@ def person_ahead(truth: Truth) -> TrueActor | None:
 
 
 def nearest_ttc_s(truth: Truth) -> float | None:
-    """The shortest time to collision with whoever is in the ego's path."""
+    """The shortest time to collision with a road user in the ego's path."""
     person = person_ahead(truth)
     found = (
         ttc_s(truth.gap_m, truth.closing_mps),
@@ -81,7 +81,7 @@ def nearest_ttc_at(record: Record, time_s: float) -> float | None:
 
 
 def interventions(record: Record) -> tuple[Span, ...]:
-    """Stretches in which the arbiter braked; what was withheld is none."""
+    """Stretches in which the arbiter braked; an ACT that was withheld does not count."""
     acts = ((d.time_s, d.message.kind == "ACT" and not d.message.act_withheld) for d in record.decisions)
     return spans(acts, ACT_PAUSE_S)
 
@@ -140,18 +140,18 @@ def median_stop_m(speed_mps: float, truth: Truth) -> float:
 
 
 def collisions(record: Record) -> int:
-    """Times in which the ego began to touch somebody; the truth's word stays on for the rest of the run."""
+    """How often the ego began to touch a road user, at most once: truth's `collision` stays on for the rest of the run."""
     return len(spans((truth.time_s, truth.collision) for truth in record.truths)[:1])
 
 
 def contact_speed_mps(record: Record) -> tuple[float, ...]:
-    """The ego's speed in the truth before it began to touch somebody."""
+    """The ego's speed in the truth before it began to touch a road user."""
     pairs = zip(record.truths, record.truths[1:], strict=False)
     return tuple(before.speed_mps for before, after in pairs if after.collision and not before.collision)[:1]
 
 
 def near_collisions(record: Record) -> tuple[int, int]:
-    """How many by time to collision, and how many more by post-encroachment time alone; a collision is none of them."""
+    """How many by time to collision, and how many more by post-encroachment time alone; a collision does not count."""
     by_ttc = spans(((t.time_s, _near(t)) for t in record.truths), APART_S)
     struck = next((truth.time_s for truth in record.truths if truth.collision), math.inf)
     by_ttc = tuple(span for span in by_ttc if span.to_s < struck - APART_S)
@@ -212,7 +212,7 @@ def _reached(record: Record, ways_m: list[float], way_m: float) -> Truth:
 
 
 class _Met(NamedTuple):
-    """Where on the ego's way somebody is who crosses it, and whether in its path there."""
+    """Where on the ego's way a road user is that crosses it, and whether the road user is in the ego's path there."""
 
     place_m: float
     inside: bool
@@ -241,7 +241,7 @@ def _across(kind: str, along_mps: float, across_mps: float) -> bool:
 
 
 def headways_s(record: Record) -> list[float]:
-    """Gap over speed at each instant in which the ego follows somebody."""
+    """Gap over speed at each instant in which the ego follows a vehicle."""
     return [
         truth.gap_m / truth.speed_mps
         for truth in record.truths

@@ -47,7 +47,7 @@ class Episode(NamedTuple):
 
 
 class Answer(NamedTuple):
-    """What was said about a hazard. None: nothing was, or too late, or nobody closed in."""
+    """What was said about a hazard. `None`: nothing was said, or too late, or the gap did not close."""
 
     episode: Episode
     at_s: float | None
@@ -62,7 +62,7 @@ class Answer(NamedTuple):
 
     @property
     def response_s(self) -> float | None:
-        """Onset to the answer; None: there was none, or it came before the onset."""
+        """Onset to the answer; `None`: no answer, or one before the onset."""
         return None if self.at_s is None or self.before else self.at_s - self.episode.onset_s
 
 
@@ -193,7 +193,7 @@ def _of_school(said: At[Advisory], to_school_m: float | None) -> bool:
 
 
 def _escalation_ttcs(record: Record, about: list[At[Advisory]], episode: Episode) -> Iterator[float | None]:
-    """Times to collision at the escalations, the first one first; the first counts even if nobody closed in."""
+    """Times to collision at the escalations, the first one first; the first counts even if the gap did not close."""
     for each in about:
         if each.message.kind == "ACT" or (each.message.urgency in ESCALATES and each.message.hazard):
             truth = record.truth_at(each.time_s)

@@ -27,7 +27,7 @@ class Drive(NamedTuple):
 
 
 def labelled(record: Record) -> Drive:
-    """A drive with the labels of who knows its truth; without truth nobody does."""
+    """A drive with the labels of a driver who knows its truth; without truth it has no labels."""
     return Drive(tuple(_labels_of(record)), record.truths[-1].time_s) if record.truths else Drive((), 0.0)
 
 

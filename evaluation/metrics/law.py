@@ -64,13 +64,13 @@ def overspeed_inferred_pct(record: Record) -> float | None:
 
 
 def inferred_mps(advisory: Advisory) -> float | None:
-    """The limit that the system holds to be in force; an advised speed is none."""
+    """The limit that the system holds to be in force; an advised speed is not a limit."""
     limit = advisory.legal_limit
     return None if limit is None or limit.advisory or limit.mps <= 0.0 else limit.mps
 
 
 def wrong_limit_s(record: Record) -> float:
-    """Seconds in which the system held another limit than the true one, or one where there is none."""
+    """Seconds in which the system held another limit than the true one, or a limit where no limit is in force."""
     return _held(record, lambda held, true: held is not None and not same_limit(held, true))
 
 

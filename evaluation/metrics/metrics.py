@@ -56,7 +56,7 @@ class Metrics(msgspec.Struct, frozen=True, kw_only=True):
     hazard_response_by_kind_s: dict[str, tuple[float, ...]] = {}
     """The responses, s, by the same kinds."""
     ttc_escalation_s: tuple[float, ...] = ()
-    """True time to collision at the first escalation of each hazard at which somebody closed in, s."""
+    """True time to collision at the first escalation of each hazard at which the gap was closing, s."""
     ttc_intervention_s: tuple[float, ...] = ()
     """True time to collision at the start of each intervention, s."""
 
@@ -100,7 +100,7 @@ class Metrics(msgspec.Struct, frozen=True, kw_only=True):
     near_collisions_pet: int | None = None
     """Of them, those by post-encroachment time alone."""
     contact_speed_mps: tuple[float, ...] = ()
-    """The ego's speed when it began to touch somebody, m/s; truth."""
+    """The ego's speed when it began to touch a road user, m/s; truth."""
     collisions: int | None = None
     """0 or 1; truth."""
 

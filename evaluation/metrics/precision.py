@@ -1,7 +1,7 @@
 """Precision by kind of message: how many were true, and how many were needed, by truth and by what came of it.
 
-True: truth has what the message names, about when it was said. Needed: true, and something hung on it, whatever the driver then did.
-All bounds are ours. Not judged are matters of the reading, of the services and of third parties, for truth has no say in them.
+True: truth has what the message names, about when it was said. Needed: true, and something depended on it, whatever the driver then
+did. All bounds are ours. Matters of the reading, of the services and of third parties are not judged, for truth has no say in them.
 """
 
 from collections.abc import Callable, Mapping, Sequence

@@ -82,8 +82,9 @@ class Record:
         return tuple((each, heard) for each, heard, begins in judged if heard or begins)
 
     def outcome(self) -> str:
-        """A digest of all of it, in hex: runs that came out alike have the same. The last tick's decision may come after the end
-        of the log, so it is none of it.
+        """A digest of truths, advisories, decisions, traces and conditions, in hex: runs that came out alike have the same digest.
+
+        The last tick's decision may come after the end of the log, so the digest leaves it out.
         """
         last_s = max((each.time_s for each in self.advisories), default=0.0)
         decisions = [each for each in self.decisions if each.time_s < last_s]

@@ -29,7 +29,7 @@ OF_ROAD_USERS = frozenset({*ROWS[Kind.LEAD].hazards, *ROWS[Kind.PERSON].hazards}
 FOUNDED_S = 1.0
 """Ours: a warning is founded where truth shows its cause within this time of it."""
 OTHER_TARGET_MPS = 5 / 3.6
-"""Ours: a target that is lower by as much is news; one that is higher is none."""
+"""Ours: a target that is lower by as much is news; a higher target is not."""
 IN_WORDS = (Kind.STOP, Kind.FOREIGN)
 """Topics whose news are words: the state of a light, the meaning of a sign."""
 OF_STOPS = (Kind.STOP,)
@@ -49,10 +49,15 @@ CLOSE_TTC_S = 5.0
 def nags(record: Record) -> int:
     """Repeats without new information.
 
-    A message is one where any of the same topic within 60 s had the same hazard, limit and announced limit, no less urgency, a
-    target that is not clearly lower, and nothing newly degraded, and nothing since makes it news. A warning repeated while its
-    hazard is really on is none, if 4 s have passed since the last; nor is another word on a light or a sign, nor a stop told again
-    after that stop was over, nor a word on another place to give way at, nor a limit told again after the law's was another one.
+    A message repeats an earlier one of the same topic, less than 60 s before, with the same hazard, limit and announced limit. The
+    new message is no more urgent, its target is not clearly lower, and nothing in it is newly degraded. Such a repeat is not a nag
+    where:
+
+    - it warns of a hazard that is really on, and 4 s have passed since the last message that it repeats;
+    - it has other words on a light or a sign;
+    - it tells a stop again after that stop was over;
+    - it is on another place to give way at;
+    - it tells a limit again after the law's limit was another one.
     """
     told: dict[str, list[At[Advisory]]] = defaultdict(list)
     count = 0

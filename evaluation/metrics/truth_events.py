@@ -124,7 +124,7 @@ def _above(g: float, kind: str) -> tuple[bool, bool]:
 
 
 def _closing_lead(truth: Truth) -> tuple[bool, bool]:
-    """Who comes from the side with right of way is met as well, though nobody's lead before he is in the path."""
+    """A road user from the side with right of way may count as well, though it does not lead before it is in the path."""
     time = ttc_s(truth.gap_m, truth.closing_mps)
     may, must = _above(1.0 / max(0.05, time) if time is not None else 0.0, "closing_lead")
     return may or any(each.kind == "priority" for each in on_now(truth)), must
@@ -141,7 +141,7 @@ def _overspeed(truth: Truth) -> tuple[bool, bool]:
 
 
 def _stop_required(truth: Truth) -> tuple[bool, bool]:
-    """Deceleration needed to a line or to a person in the path; one who is beside it may be taken to be in it."""
+    """Deceleration needed to a line or to a person in the path; a person beside the path may be taken to be in it."""
     rooms = [room for room in (_line_m(truth), _person_m(truth)) if room is not None]
     worst = max((truth.speed_mps**2 / (2.0 * max(0.5, room)) for room in rooms), default=0.0)
     may, must = _above(worst, "stop_required")
@@ -162,7 +162,7 @@ def _person_m(truth: Truth) -> float | None:
 
 
 def _vulnerable(truth: Truth) -> tuple[bool, bool]:
-    """A person in the path within 60 m must be seen; one who is near the path, or farther off, may be."""
+    """A person in the path within 60 m must be seen; a person near the path, or farther off, may be."""
     person = person_ahead(truth)
     return _person_near(truth), person is not None and gap_m(person) < PERSON_SEEN_M
 

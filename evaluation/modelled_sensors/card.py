@@ -131,7 +131,7 @@ there, at equal speed."""
 
 
 def surroundings_of(limit_mps: float | None) -> Surroundings:
-    """By the limit in force; None: there is none."""
+    """By the limit in force; `None`: no limit."""
     return "built_up" if limit_mps is not None and limit_mps < BUILT_UP_MPS else "open"
 
 
@@ -186,7 +186,7 @@ class Card(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def read_card(path: Path) -> Card:
-    """Read the file. Raises UserError where it is none of this version."""
+    """Read the file. Raises UserError where it is not a model of this version."""
     try:
         return msgspec.json.decode(path.read_bytes(), type=Card)
     except (OSError, *MALFORMED) as error:
@@ -204,7 +204,10 @@ HALF_HIDDEN = 0.5
 
 def features(log_px: float, hidden: float, cut: float, air: tuple[float, float, float]) -> tuple[float, ...]:
     """What lines are functions of: 1, the logarithm of the height in 20 px below and above that, the hidden share up to
-    a half and beyond it, the cut share, darkness (0 or 1), rain (in 10 mm/h) and fog (1 km by the visibility, to 5)."""
+    a half and beyond it, the cut share, and `air`.
+
+    `air` is darkness (0 or 1), rain (in 10 mm/h) and fog (1 km by the visibility), the last two at most 5.
+    """
     covered = min(hidden, HALF_HIDDEN), max(hidden - HALF_HIDDEN, 0.0)
     return (1.0, min(log_px, 0.0), max(log_px, 0.0), *covered, cut, *air)
 

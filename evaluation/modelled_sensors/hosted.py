@@ -52,7 +52,7 @@ class ModelledDrivelmConfig(DrivelmConfig, frozen=True, kw_only=True):
 
 
 class Blind:
-    """Stands where the pipeline wants a detector; nobody asks it."""
+    """Stands where the pipeline wants a detector, and is never asked."""
 
     name = "modelled"
 

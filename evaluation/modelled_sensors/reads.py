@@ -1,4 +1,4 @@
-"""The front end of production, but that nobody looks at pictures: what is read of a box is drawn from the reader's measured table."""
+"""The front end of production without a look at pictures: what is read of a box is drawn from the reader's measured table."""
 
 from collections.abc import Sequence
 from dataclasses import replace

@@ -89,8 +89,10 @@ def turn_rad(before_rad: float, now_rad: float) -> float:
 
 
 def things(truth: Truth, lens: Lens) -> list[Thing]:
-    """Everything that shows in the picture, road users first; what hides a thing stands nearer and covers its box. Who is
-    wholly hidden does not show: a box there is of who hides him."""
+    """Everything that shows in the picture, road users first; what hides a thing stands nearer and covers its box.
+
+    A thing that is wholly hidden does not show: a box there is of the thing that hides it.
+    """
     users = [thing for actor in truth.actors if (thing := _user(actor, truth, lens)) is not None]
     still = [thing for thing in (*_signs(truth, lens), *_lamps(truth, lens)) if thing is not None]
     seen = (thing._replace(hidden=hidden(thing, users)) for thing in (*users, *still))

@@ -27,13 +27,13 @@ _WINDOW = "population/"
 
 
 class Contact(msgspec.Struct, frozen=True, kw_only=True):
-    """Somebody was hit, or hit the car."""
+    """The car hit a road user, or a road user hit the car."""
 
     time_s: float
     kmh: float
     """Speed relative to the car, at the step before."""
     behind: bool
-    """Whether somebody drove into the car from behind."""
+    """Whether a road user drove into the car from behind."""
 
 
 class Outcome(msgspec.Struct, frozen=True, kw_only=True):

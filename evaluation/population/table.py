@@ -13,7 +13,7 @@ from services.simulator.driver.kinds import DriverKind
 
 Where = Literal["windows", "routes"]
 WITHIN_S = 10.0
-"""An intervention was needed if the driver, left alone from its beginning, hits somebody within so long."""
+"""An intervention was needed if the driver, left alone from its beginning, hits a road user within so long."""
 AVOIDS, HALVES = 0.8, 0.5
 
 
@@ -34,15 +34,15 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
     missing: int
     km: float
     hit_alone: int
-    """Runs in which the driver alone hits somebody; of routes not known."""
+    """Runs in which the driver alone hits a road user; not known for routes."""
     hit: int
-    """Runs in which somebody is hit with the grant."""
+    """Runs with the grant in which a road user is hit."""
     contact_alone_kmh: float | None
-    """Mean over the runs in which the driver alone hits somebody."""
+    """Mean over the runs in which the driver alone hits a road user."""
     contact_kmh: float | None
     """Over the same runs with the grant; a run without a collision counts as 0."""
     hit_behind: int
-    """Runs with the grant in which somebody drives into the car from behind."""
+    """Runs with the grant in which a road user drives into the car from behind."""
     interventions: int
     needed: int
     unneeded_per_1000_km: float | None
@@ -52,7 +52,7 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def is_needed(started_s: float, alone: Outcome) -> bool:
-    """Whether the driver, left alone from the intervention's beginning, hits somebody soon."""
+    """Whether the driver, left alone from the intervention's beginning, hits a road user soon."""
     return any(started_s <= each.time_s <= started_s + WITHIN_S for each in _ahead(alone))
 
 

@@ -1,4 +1,4 @@
-"""Windows: a generated route begun shortly before one of its hazards, where a driver who does nothing would hit somebody."""
+"""Windows: a generated route begun shortly before one of its hazards, where a driver who does nothing would hit a road user."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -57,7 +57,7 @@ def windows(count: int) -> Iterator[tuple[Window, float]]:
 
 
 def _hit_s(scenario: Scenario, seed: int) -> float | None:
-    """When a driver who does nothing hits somebody; None: not."""
+    """When a driver who does nothing hits a road user (s); `None`: not within `HITS_WITHIN_S`."""
     world = World(scenario, seed, "absent")
     while world.time_s < HITS_WITHIN_S:
         snapshot = world.step()

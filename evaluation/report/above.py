@@ -21,7 +21,7 @@ BEFORE_S, AFTER_S = 10.0, 5.0
 WORDS = 5
 """Messages that have room."""
 MOVES_MPS = 0.5
-"""Who is slower stands: truth does not tell which way he looks, and he is drawn along our way."""
+"""A slower road user stands: truth does not tell its heading, and it is drawn along our way."""
 
 
 def seen_from_above(record: Record, moment: Moment) -> str:

@@ -1,7 +1,7 @@
 """A page of the docs, made from the tables: what was driven, the numbers beside the paper's, plots, what holds and what does not.
 
-The page begins with the field's yardsticks, taken from the pages of the tables isa and guard that lie beside it. What somebody has
-written about the numbers stands between two marks, and stays when the page is made anew.
+The page begins with the field's yardsticks, taken from the pages of the tables isa and guard that lie beside it. What a
+person has written about the numbers stands between two marks, and stays when the page is made anew.
 """
 
 import re

@@ -35,7 +35,7 @@ def granted(spec: RunSpec, folder: Path, grant: Grant = GRANT) -> RunSpec:
 
 
 def _pair() -> KeyPair:
-    """The same for all simulated cars, so that runs come out alike; nobody else trusts it."""
+    """The same for all simulated cars, so that runs come out alike; no other car trusts it."""
     key = Ed25519PrivateKey.from_private_bytes(hashlib.sha256(b"the simulated cars of the evaluation").digest())
     halves = key.private_bytes_raw(), key.public_key().public_bytes_raw()
     return KeyPair(*(base64.b64encode(half).decode() for half in halves))

@@ -128,7 +128,7 @@ def _out(draft: Draft, there: str) -> None:
 
 
 def steps_out(draft: Draft, there: str) -> None:
-    """Somebody steps out."""
+    """A person steps out."""
     draft.cross(draft.chance.uniform(60.0, 110.0), walk_mps=1.5, when_ego_within_m=48.0, hazard=True)
     draft.straight(170.0)
 
@@ -140,7 +140,7 @@ def stop_sign(draft: Draft, there: str) -> None:
 
 
 def junction(draft: Draft, there: str) -> None:
-    """Somebody who has priority: from the right without a sign; where no such rule is, behind a give-way sign."""
+    """A car from the right has priority: without a sign, or by a give-way sign where the country has no such rule."""
     draft.give_way(110.0, 48.0, from_side="right", sign=there == "GBR")
     draft.straight(180.0)
 

@@ -93,7 +93,7 @@ class Draft:
         self.walkers.append(WalkersPlan(from_m=self.at_m + from_m, to_m=self.at_m + to_m, count=count, **more))
 
     def cross(self, ahead_m: float, **more: Any) -> None:
-        """Somebody who crosses."""
+        """A person who crosses."""
         self.crossers.append(CrosserPlan(at_m=self.at_m + ahead_m, **more))
 
     def vehicle(self, ahead_m: float, **more: Any) -> None:

@@ -65,7 +65,7 @@ def _arrives_s(draft: Draft, ahead_m: float) -> float:
 
 
 def cut_in(draft: Draft) -> None:
-    """Somebody beside the ego cuts in and is slower."""
+    """A vehicle beside the ego cuts in and is slower."""
     _gantry(draft, 330.0, (0.0, 120))
     at_m = round(draft.chance.uniform(480.0, 820.0))
     lane, then_kmh, gap_m = draft.chance.choice(((0, 90.0, 28.5), (2, 84.0, 35.0), (2, 90.0, 28.5)))

@@ -137,7 +137,7 @@ def lights(draft: Draft) -> None:
 
 
 def zone(draft: Draft) -> None:
-    """A 30 zone with a bend; somebody from the right has priority."""
+    """A 30 zone with a bend; a car from the right has priority."""
     _houses(draft)
     draft.sign(20.0, "zone:30", side="both")
     draft.walk(40.0, 110.0, 4)
@@ -150,7 +150,7 @@ def zone(draft: Draft) -> None:
 
 
 def right_before_left(draft: Draft) -> None:
-    """Two junctions without signs at 50: at the first somebody comes from the right, at the second nobody."""
+    """Two junctions without signs at 50: at the first a car comes from the right, at the second no car."""
     _houses(draft, 3.0)
     draft.give_way(120.0, 50.0, from_side="right")
     draft.yields.append(YieldPlan(at_m=draft.at_m + 205.0))
@@ -158,7 +158,7 @@ def right_before_left(draft: Draft) -> None:
 
 
 def give_way(draft: Draft) -> None:
-    """A give-way sign; somebody comes."""
+    """A give-way sign; a car comes."""
     _houses(draft, 3.0)
     side = draft.chance.choice(("right", "left"))
     draft.give_way(120.0, 50.0, from_side="right" if side == "right" else "left", sign=True)
@@ -174,7 +174,7 @@ def stop_sign(draft: Draft) -> None:
 
 
 def zebra(draft: Draft) -> None:
-    """A pedestrian crossing with somebody on it."""
+    """A pedestrian crossing with a person on it."""
     _town(draft)
     draft.zebras.append(ZebraPlan(at_m=draft.at_m + 110.0))
     draft.cross(110.0, when_ego_within_m=60.0)
@@ -183,7 +183,7 @@ def zebra(draft: Draft) -> None:
 
 
 def steps_out(draft: Draft) -> None:
-    """Somebody who steps out between parked cars at 50."""
+    """A person who steps out between parked cars at 50."""
     _houses(draft, 6.0)
     side = draft.chance.choice(("near", "far"))
     draft.cross(draft.chance.uniform(110.0, 150.0), side=side, walk_mps=1.5, when_ego_within_m=48.0, hazard=True)

@@ -67,7 +67,7 @@ def _traffic(lanes: int, chance: Random) -> TrafficPlan:
 
 
 def _crosser(plan: CrosserPlan, chance: Random) -> CrosserPlan:
-    """Another pace; one who steps out may do so earlier, never later than he can be avoided."""
+    """Another pace; a person may step out earlier than in the layout, never so late that the ego cannot avoid the person."""
     within = plan.when_ego_within_m
     return msgspec.structs.replace(
         plan,

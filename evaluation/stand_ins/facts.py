@@ -23,7 +23,7 @@ STOPS = {"stop_sign": "stop", "yield": "yield"}
 
 
 Law = tuple[float | None, str]
-"""The limit in force in m/s (None: there is none), and whose law it is."""
+"""The limit in force in m/s (`None`: no limit), and the jurisdiction whose law it is."""
 
 
 class TrueFacts:

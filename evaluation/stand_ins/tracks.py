@@ -11,7 +11,7 @@ from services.perception.lanes.model import lane_model
 ONCOMING_MPS = -2.0
 BEHIND_M = -8.0
 _STRAIGHT = lane_model(None)
-"""Who crosses soon does so near enough for the way to be straight ahead."""
+"""A road user that crosses soon does so near enough for the way to be straight ahead."""
 SETTLED_S = 0.2
 """Over which an acceleration is measured: two truths a step apart differ by rounding."""
 

@@ -1,4 +1,4 @@
-"""Rows whose advisory latency nobody measured: calls of a tool without a measured latency take the fixed one."""
+"""Rows whose advisory latency was not measured: calls of a tool without a measured latency take the fixed one."""
 
 from collections.abc import Iterable
 

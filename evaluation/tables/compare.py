@@ -35,7 +35,7 @@ class Difference(msgspec.Struct, frozen=True, kw_only=True):
     chance: float | None
     """How often chance alone parts two rows as far (`evaluation.statistics.chance_of`); None: no place in common."""
     assumed: bool = False
-    """Of a latency that nobody measured: there is no difference."""
+    """Of a latency that was not measured: there is no difference."""
 
     @property
     def told_apart(self) -> bool:
@@ -59,7 +59,7 @@ class Order(msgspec.Struct, frozen=True, kw_only=True):
     places: int
     verdict: Verdict
     assumed: bool = False
-    """Of a latency that nobody measured: no verdict."""
+    """Of a latency that was not measured: no verdict."""
 
 
 def summary(found: Sequence[Order]) -> str:
@@ -123,7 +123,7 @@ def comparisons(table: Table) -> tuple[tuple[str, tuple[Difference, ...]], ...]:
 
 
 def difference(table: Table, column: Column, one: TableRow, other: TableRow) -> Difference:
-    """The first less the second, place by place; of a latency that nobody measured there is none."""
+    """The first less the second, place by place; a latency that was not measured has no difference."""
     unmeasured = any(assumed(column, row.row.spec) for row in (one, other))
     mine, theirs = ({}, {}) if unmeasured else (by_number(column, one), by_number(column, other))
     both = sorted(mine.keys() & theirs.keys())

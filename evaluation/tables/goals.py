@@ -207,7 +207,7 @@ def _no_slower(name: str, results: Table, ours: TableRow, rival: TableRow) -> Ju
 
 
 def _collisions(name: str, ours: TableRow, floor: TableRow) -> Judged:
-    """Of the runs that both drove; where only ours did, nobody knows what the driver alone would have met."""
+    """Of the runs that both drove; where only ours did, what the driver alone would have met is not known."""
     both = _driven(ours) & _driven(floor)
     mine, other, alone = _collided(ours) & both, _collided(floor) & both, _collided(ours) - both
     found = f"runs {sorted(mine)} against {sorted(other)}" if mine or other else "none in either"

@@ -26,7 +26,7 @@ class Tried(NamedTuple):
 
 
 def interpreter(version: str) -> Path | None:
-    """A Python of that version, of this machine; None: there is none."""
+    """A Python of that version on this machine; `None` without one."""
     return next((path for path in _candidates(version) if _is(path, version)), None)
 
 

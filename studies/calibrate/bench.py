@@ -21,7 +21,7 @@ EGO_M = LEAD_M = 4.5
 
 
 class Approach(NamedTuple):
-    """Who comes near, first seen at `gap_m`."""
+    """A road user that comes near, first seen at `gap_m`."""
 
     name: str
     ego_mps: float
@@ -52,7 +52,7 @@ class Met(NamedTuple):
     impact_mps: float
     """The closing speed with which they meet; 0: they do not."""
     braked_ttc_s: float | None = None
-    """Gap over closing speed as braking began; None: nothing braked, or nobody was closing in."""
+    """Gap over closing speed as braking began; `None`: nothing braked, or the gap was not closing."""
 
 
 def impact_mps(approach: Approach, profile: Profile) -> float:
@@ -61,7 +61,7 @@ def impact_mps(approach: Approach, profile: Profile) -> float:
 
 
 def meet(approach: Approach, profile: Profile) -> Met:
-    """Let the arbiter brake, and nobody else."""
+    """Let the arbiter brake the ego, and not its driver."""
     state, gap, ego, lead, accel = fresh(profile), approach.gap_m, approach.ego_mps, approach.lead_mps, 0.0
     began_s: float | None = None
     for number in range(round(LONGEST_S / TICK_S)):

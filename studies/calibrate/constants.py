@@ -56,9 +56,9 @@ ROWS: tuple[Row, ...] = (
     Row(f"{EVENT}jurisdiction_change", 0.45, 0.75, "1", "confidence"),
     Row(f"{EVENT}dynamic_limit_update", 0.2, 0.44, "1", "confidence"),
 )
-"""Not in it: the RSS constants, the bounds of braking, jerk, duration and pedals, the bounds of Delta and c_min, Delta itself,
-which is the user's choice, the unknown-is-careful values, and the paper's alpha, beta, gamma, C_err, B_adv and C_fat, of which
-one (C_act) already moves what ACT needs. k_late, k_fp and relax_s move nothing in a drive without labels: see `feedback.py`."""
+"""The rows leave out the RSS constants, the unknown-is-careful values, and the bounds of braking, jerk, duration, pedals, Delta and
+c_min. Delta itself is the user's choice. The paper's alpha, beta, gamma, C_err, B_adv and C_fat are left out, since C_act already
+moves what ACT needs. k_late, k_fp and relax_s move nothing in a drive without labels: see `feedback.py`."""
 BY_NAME: Mapping[str, Row] = {row.name: row for row in ROWS}
 
 

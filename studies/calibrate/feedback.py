@@ -1,8 +1,8 @@
 """Feedback over a sequence of drives: whether Delta and c_min keep their bounds, and whether they swing.
 
-Labels come from truth: for each drive, decided again with what feedback has left of Delta and c_min, the driver labels as
-false what braked for nothing, as late what was told late or never, as annoying what was a nag. The next drive begins
-where the last one ended, as the arbiter's own file has it.
+Labels come from truth. Each drive is decided again with the Delta and c_min that feedback has left. The driver labels as
+false what braked for nothing, as late what was told late or never, and as annoying what was a nag. The next drive begins
+with the values at which the last one ended, as the arbiter's own file has it.
 """
 
 from collections.abc import Callable, Sequence

@@ -1,8 +1,8 @@
 """What the margin Delta buys and what it costs: scripted approaches with a driver who does nothing, and drives decided again.
 
 In closed loop a warned driver hardly ever leaves the arbiter anything to brake for, so a table of driven runs tells little
-of Delta. Here it decides alone: in the approaches (`bench`) nobody else brakes, and drives in which nobody was told
-anything (the method `silent`) are decided again as if the arbiter had been asked.
+of Delta. Here the arbiter decides alone. In the approaches (`bench`) the driver does not brake, and drives in which the driver
+was told nothing (the method `silent`) are decided again as if the arbiter had been asked.
 """
 
 from collections.abc import Iterable, Sequence
@@ -50,7 +50,7 @@ class Decided(NamedTuple):
     interventions: int = 0
     false: int = 0
     ttcs_s: tuple[float, ...] = ()
-    """As they began, of those with somebody met within `conflicts.CONFLICT_WITHIN_S`."""
+    """Times to collision as interventions began, of those with a road user met within `conflicts.CONFLICT_WITHIN_S`."""
 
     def cells(self) -> tuple[str, str, str]:
         """Interventions per 10 km with the exact 95 % interval, how many were false, median time to collision."""
@@ -87,9 +87,9 @@ def pooled(rows: Iterable[Decided]) -> Decided:
 
 
 def as_if_asked(recording: Recording, profile: Profile) -> Recording:
-    """A drive in which nobody was told anything, as if the arbiter had been asked in every tick; others as they are.
+    """A drive in which the driver was told nothing, as if the arbiter had been asked in every tick; another drive as it is.
 
-    Its own reading is made of the messages that the tick had: they are of the topics to which it subscribes itself.
+    The arbiter's own reading is made of the messages that the tick had, which are of the topics that the arbiter subscribes to.
     """
     return recording._replace(steps=tuple(_asked(step, profile) for step in recording.steps))
 

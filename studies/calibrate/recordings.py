@@ -50,7 +50,7 @@ class Recording(NamedTuple):
 
 
 def find(places: Iterable[str | Path]) -> tuple[Path, ...]:
-    """The logs that files and folders name. Raises UserError where there is none."""
+    """The logs that files and folders name. Raises UserError where a folder has no log."""
     found: list[Path] = []
     for place in map(Path, places):
         logs = [place] if place.is_file() else sorted(place.rglob(LOG))
@@ -109,7 +109,7 @@ def _foreign(log: Path) -> bool:
 
 
 def spec_of(log: Path) -> RunSpec | None:
-    """The spec that lies beside a log; None: there is none that this version reads."""
+    """The spec that lies beside a log; `None` without a spec that this version reads."""
     try:
         return msgspec.json.decode((log.parent / SPEC).read_bytes(), type=RunSpec)
     except (OSError, *MALFORMED):

@@ -136,7 +136,7 @@ def _near(truth: Truth) -> bool:
 
 
 def _false_alarms(record: Record) -> int:
-    """Warnings of somebody ahead for which truth knows neither a hazard nor an approach nor too small a gap."""
+    """Warnings of a road user ahead for which truth knows neither a hazard nor an approach nor too small a gap."""
     warned = [each for each in record.spoken if each.message.hazard in _SOMEBODY]
     return sum(
         not any(_cause(truth) for truth in record.truths_between(each.time_s - ABOUT_S, each.time_s + ABOUT_S))

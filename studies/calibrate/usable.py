@@ -63,7 +63,7 @@ def _checked(log: Path) -> tuple[RunSpec | None, Place | None]:
 
 
 def _scenario(log: Path) -> str:
-    """What the simulator said that it drives; empty: there was none."""
+    """The scenario that the simulator said it drives; empty: the log does not tell it."""
     for logged in messages(log):
         if logged.name == topics.SCENARIO.name:
             try:

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import msgspec
 
 SLOWER_S = 0.05
-"""A mean hazard response that is later by less is none: half a tick."""
+"""A mean hazard response that is later by no more than this, half a tick, is not worse."""
 LEAST_HAZARDS = 10
 """Ours: with fewer on either side, "no worse" says nothing."""
 

@@ -15,7 +15,7 @@ from training.bins import Bools, Floats, binned
 from training.weather.train import CLEAR_M, RAIN_FROM_MM_H, WET_FROM, Pictures
 
 DRY = 0.05
-"""A probability of a wet road (or of rain) at most this is taken as saying that there is none."""
+"""A probability of a wet road (or of rain) at most this is taken as saying that the road is dry (or that no rain falls)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,13 +63,13 @@ class Figures:
 
     cases: int
     error: float
-    """Median of |told / true - 1| of visibility, told as the interval's geometric middle; where both are told apart."""
+    """Median of |told / true - 1| of visibility, told as the interval's geometric middle; where the truth is below `CLEAR_M`."""
     held: float
     """Share of visibility intervals that hold the truth."""
     too_good: float
     """Share whose lower end is above it."""
     wide: float
-    """Median of high over low; where the upper end is open, that of the furthest that is told apart."""
+    """Median of high over low; an upper end beyond `CLEAR_M` counts as `CLEAR_M`."""
     wet_right: float
     rain_right: float
     wet_called_dry: float

@@ -1,1 +1,1 @@
-"""Faults of the car and of its sensors, told apart: a seeded set of drives through the car's own bus."""
+"""How well faults of the car and of its sensors are distinguished, in a seeded set of drives through the car's own bus."""

@@ -1,4 +1,4 @@
-"""`python -m studies car_faults`: how well faults of the car and of its sensors are told apart, over 500 drives.
+"""`python -m studies car_faults`: how well faults of the car and of its sensors are distinguished, over 500 drives.
 
 Tune on `--seeds calibration`; `test` is for the figures in the docs. With `--least`, 1 where fewer are right.
 """

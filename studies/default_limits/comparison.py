@@ -24,7 +24,7 @@ NONE = "none"
 
 
 class Found(msgspec.Struct, frozen=True, kw_only=True):
-    """A cell with both limits in words, `none` where there is none; below: the pack allows less."""
+    """A cell with both limits in words, `none` where there is no limit; below: the pack allows less."""
 
     cell: Cell
     table: str

@@ -13,7 +13,7 @@ _LIKE_A_TAG = re.compile(r"<\s*c\s*\d")
 
 
 def has_broken_tag(text: str) -> bool:
-    """Whether something begins like a tag and is none."""
+    """Whether something begins like a tag and is not a tag."""
     return len(_LIKE_A_TAG.findall(text)) > len(points(text))
 
 

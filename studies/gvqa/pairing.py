@@ -72,5 +72,5 @@ def _paired(
 
 
 def _one(answers: Sequence[str]) -> str | None:
-    """The one answer; nothing where there is none, an empty one, or several that differ."""
+    """The one answer; `None` without an answer, for an empty one, or for several that differ."""
     return answers[0] if len(set(answers)) == 1 and answers[0].strip() else None

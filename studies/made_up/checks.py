@@ -50,7 +50,7 @@ class MadeUp(NamedTuple):
     units: Count
     """Of the answers with a number and a unit those whose number stands in the prompt with other units alone."""
     actors: Count
-    """Of the answers that name a road user those that name one who is not in the context."""
+    """Of the answers that name a road user those that name a kind that is not in the context."""
     citations: Count
     """Of the answers that cite those that cite what is in no passage."""
 

@@ -42,7 +42,7 @@ def spread(lines: Sequence[Line], most: int) -> list[Line]:
 
 
 def _others(line: Line, lines: Sequence[Line]) -> Iterator[Line]:
-    """The next answer to the same question in whose scene the reader without a model finds other advice; none: there is none."""
+    """The next answer to the same question in whose scene the reader without a model finds other advice; empty without such an answer."""
     at = lines.index(line)
     ours = _read(line)
     for other in (*lines[at + 1 :], *lines[:at]):

@@ -73,7 +73,7 @@ def save(recording: Recording, path: Path) -> None:
 
 
 def load(path: Path) -> Recording:
-    """Read one. Raises UserError where it is none of this version."""
+    """Read a recording. Raises UserError where the file is not a recording of this version."""
     try:
         return msgspec.msgpack.decode(gzip.decompress(path.read_bytes()), type=Recording)
     except (OSError, *MALFORMED) as error:

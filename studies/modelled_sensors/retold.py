@@ -28,7 +28,7 @@ _BLIND = SensorSet(cameras=(), lidar=False, gnss=False, map=False)
 
 
 def retell(log: Path, spec: RunSpec) -> Recording:
-    """The recording of a lockstep run. Raises UserError where the log is none, or is not of that run."""
+    """The recording of a lockstep run. Raises UserError where the file is not a log, or not of that run."""
     told, heard, speeds = Recording(spec=spec), defaultdict[int, list[Any]](list), dict[int, float]()
     names = {topic.name: name for name, topic in KEPT.items()}
     for logged in messages(log):

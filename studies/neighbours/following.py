@@ -12,7 +12,7 @@ from services.simulator.driver.driver import NO_LIMIT_MPS, Advice, Driver, Drive
 
 LANE_M = 10_000.0
 AT_THE_LINE_M = 4.0
-"""The model stands 5 m behind whatever it follows; a line is followed as somebody this far beyond it, so that it stands 1 m before."""
+"""The model stands 5 m behind what it follows; a line counts as a vehicle this far beyond the line, so that the model stands 1 m before."""
 
 
 class Following(Driver):
@@ -23,7 +23,7 @@ class Following(Driver):
     _model: "Model | None" = None
 
     def hear(self, advice: Advice, time_s: float) -> None:
-        """There is no assistant, and nobody to listen."""
+        """Does nothing: there is no assistant, and the model does not listen."""
 
     def distracted(self, time_s: float) -> bool:
         """Never."""
@@ -41,7 +41,7 @@ class Following(Driver):
         return pedals(min(model.acceleration_mps2(view.speed_mps, wanted_mps, each) for each in ahead))
 
     def ahead(self, truth: Truth) -> list[tuple[float, float] | None]:
-        """(gap, speed) of whoever is followed."""
+        """(gap, speed) of the vehicle that is followed."""
         if truth.gap_m is None or truth.closing_mps is None:
             return []
         return [(truth.gap_m, truth.speed_mps - truth.closing_mps)]
@@ -59,7 +59,7 @@ class FollowingAll(Following):
 
 
 class Model:
-    """highway-env's IDMVehicle on a straight lane, asked for its acceleration behind somebody."""
+    """highway-env's IDMVehicle on a straight lane, asked for its acceleration behind a vehicle."""
 
     def __init__(self) -> None:
         network = RoadNetwork()
@@ -68,7 +68,7 @@ class Model:
         self._ego = IDMVehicle(self._road, np.array([0.0, 0.0]), target_lane_index=("a", "b", 0), timer=0.0)
 
     def acceleration_mps2(self, speed_mps: float, wanted_mps: float, ahead: tuple[float, float] | None) -> float:
-        """At a speed, with a wished one, behind whom stands (bumper to bumper, speed) ahead; None: nobody."""
+        """At a speed, with a wished speed, behind a vehicle `ahead` (gap bumper to bumper, speed); `None`: no vehicle."""
         ego = self._ego
         ego.speed, ego.target_speed = speed_mps, max(wanted_mps, 0.1)
         front = None

@@ -1,7 +1,7 @@
 """`python -m studies retrieval`: the table of docs/explanation/retrieval.md, on the test questions of the packs.
 
 The ranking as it is driven beside BM25 alone, cosine alone, and BM25 of bare lower-case words, in one run. `--misses`
-names the questions whose answer was not among the first five; `--split development` is for those who change something,
+names the questions whose answer was not among the first five; `--split development` is for trying changes,
 `--split fresh` holds the questions that were written after the tuning.
 """
 

@@ -66,7 +66,7 @@ def _apart_m(actor: TrueActor, track: Track) -> float:
 
 
 def told_in(log: Path) -> Iterator[Told]:
-    """Of a run's log. Raises UserError where it is none or has no truth."""
+    """Of a run's log. Raises UserError where the file is not a log or has no truth beside it."""
     record = from_log(log)
     if not record.truths or not record.advisories:
         raise UserError(f"{log} has no truth beside it: give the log of a run of `drivemcp evaluate`")
@@ -92,7 +92,7 @@ def sheet(told: Sequence[Told]) -> Sheet:
 
 
 def main() -> int:
-    """Measure and print; 2 where a log is none."""
+    """Measure and print; 2 where a log cannot be used."""
     parser = argparse.ArgumentParser(prog="python -m studies tracking.askew", description=__doc__)
     parser.add_argument("log", nargs="+", type=Path)
     add_json(parser)

@@ -60,7 +60,7 @@ class Who:
     seems: Callable[[Track], bool]
     """Whether it is one that moves across into the path."""
     moves_mps: float
-    """Who is slower across does not cross."""
+    """A road user that is slower across does not cross."""
 
 
 def _walks_in(track: Track) -> bool:
@@ -90,13 +90,13 @@ WHO = {"cars": CARS, "people": PEOPLE}
 
 
 class Crossing(msgspec.Struct, frozen=True, kw_only=True):
-    """One who crosses. `late_s`: from the hazard's onset to the first track that tells of it; None: never."""
+    """A road user that crosses. `late_s`: from the hazard's onset to the first track that tells of it; `None`: never."""
 
     place: str
     onset_s: float
     late_s: float | None
     false: int
-    """Tracks in the path that seem to cross and are of nobody who does."""
+    """Tracks that seem to cross and are of no road user that does."""
 
 
 def approaches(place: Place, who: Who = CARS) -> Iterator[tuple[str, Scenario]]:

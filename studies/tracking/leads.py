@@ -16,7 +16,7 @@ from studies.tracking.seeing import View
 FAR_ENOUGH_M = 2.0
 """Nearer vehicles stand beside the ego's own body."""
 LOOKED_AT_S = 0.5
-"""Who comes into our path from beside it was in view, beside it, for this long before."""
+"""A vehicle that comes into our path from beside it was in view, beside it, for this long before."""
 WAITED_S = 2.0
 
 
@@ -61,7 +61,7 @@ def true_lead(scene: Scene) -> Vehicle | None:
 
 
 def _told(view: View, scene: Scene) -> int | None:
-    """The actor that is told to lead; None: nobody, or nobody's track."""
+    """The actor that is told to lead; `None`: no track leads, or the leading track is of no actor."""
     owners = {track: actor for actor, track in scene.pairs.items()}
     lead = view.tracks.lead_track_id
     return owners.get(lead) if lead is not None else None

@@ -44,7 +44,7 @@ class Vehicle:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scene:
-    """One picture: the vehicles that count, the tracks that are theirs or nobody's, distances (N, M), and all pairs.
+    """One picture: the vehicles that count, the tracks that are theirs or of no vehicle, distances (N, M), and all pairs.
 
     `pairs` holds track ids by actor id, those of ignored vehicles included.
     """

@@ -1,6 +1,6 @@
 """A scenario driven once and kept: every picture, sweep and map view with the truth, so that perception can see it again.
 
-Nobody advises here: the driver drives alone. Rendering is by far the slowest part; a kept drive is seen again in seconds.
+The driver drives alone, without advice. Rendering is by far the slowest part; a kept drive is seen again in seconds.
 """
 
 from __future__ import annotations

@@ -98,6 +98,6 @@ def leaking(count: int) -> Iterator[tuple[Leak, Outcome]]:
 
 
 def in_time(leak: Leak, outcome: Outcome) -> bool:
-    """Whether that very tyre was told before its lamp."""
+    """Whether the leaking tyre was told before its lamp."""
     named = outcome.trend is not None and outcome.trend.name == f"slow_leak_{WHEELS[leak.wheel]}"
     return named and outcome.lamp_s is not None and outcome.told_s is not None and outcome.told_s < outcome.lamp_s

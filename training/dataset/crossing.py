@@ -1,4 +1,4 @@
-"""Vehicles put across our way: what is seen of somebody who comes out of a side road is his flank.
+"""Vehicles put across our way: what is seen of a vehicle that comes out of a side road is its flank.
 
 A stage's own traffic keeps to the lanes, where one vehicle in twenty-five stands turned; cross traffic was found late.
 """
@@ -16,7 +16,7 @@ from training.stages.stage import Split
 
 NEAREST_M, FARTHEST_M = 9.0, 75.0
 WIDE = 0.72
-"""Who stands further aside than this share of the distance ahead is beyond the wide camera's edge."""
+"""A vehicle that stands further aside than this share of the distance ahead is beyond the wide camera's edge."""
 TURNED_RAD = 0.35
 """Side roads meet ours at a right angle, more or less."""
 KINDS: tuple[ActorKind, ...] = ("saloon", "estate", "van", "lorry", "bus", "motorcycle")
@@ -25,7 +25,7 @@ ROOM_M = 0.5
 
 
 def with_crossing(scene: Scene, split: Split, rng: np.random.Generator) -> Scene:
-    """The scene with one to four vehicles more, 9 to 75 m ahead of the ego, whose flanks it sees, in nobody's body."""
+    """The scene with up to four vehicles more, 9 to 75 m ahead of the ego, which sees their flanks. None overlaps another actor."""
     others = list(scene.actors)
     first = max((actor.id for actor in scene.actors), default=0) + 1
     for _ in range(int(rng.integers(1, 5))):

@@ -1,4 +1,4 @@
-"""Renders labelled pictures along scenario drives into the detector's shards: what stands beside real roads, and who is nobody.
+"""Renders labelled pictures along scenario drives into the detector's shards: what stands beside real roads, and is not a road user.
 
 `python -m training dataset.drives --out DIR --scenario urb-rain --first 1000 --drives 10` writes
 `DIR/train-<scenario>-<seed>.npz`, one file a drive. Road users, letterings and plants of the held-out families are

@@ -18,7 +18,7 @@ from training.stages.stage import Split
 UPRIGHT = ("lamp", "post", "street_furniture", "tree", "conifer")
 NEAREST_M, FARTHEST_M = 5.0, 75.0
 WIDE = 0.55
-"""Who stands further aside than this share of the distance ahead is in neither camera's picture."""
+"""A person who stands further aside than this share of the distance ahead is in neither camera's picture."""
 PLACES = ("thing", "vehicle", "open", "road")
 LIKELY = (0.35, 0.3, 0.15, 0.2)
 ROAD_HALF_M, ROADSIDE_M = 4.0, 9.0

@@ -73,11 +73,11 @@ def render_stage(
     people: float = 0.0,
     crossing: float = 0.0,
 ) -> tuple[LabellingRenderer, list[Shot]]:
-    """Some views of one stage by both cameras; makes the renderer where there is none yet.
+    """Some views of one stage by both cameras; makes the renderer where it is not given.
 
     `boards`: which share of the posts carries a board (town, border, information) instead, which are rare otherwise.
-    `people`: in which share of the views more people stand where they are hard to see (`dataset_people`).
-    `crossing`: in which share vehicles stand across (`dataset_crossing`).
+    `people`: in which share of the views more people stand where they are hard to see (`training.dataset.people`).
+    `crossing`: in which share vehicles stand across (`training.dataset.crossing`).
     """
     static, first = random_stage(seed, split)
     rng = np.random.default_rng((77, seed, split == "test"))
@@ -227,7 +227,7 @@ def write_shard(path: Path, shots: list[Shot]) -> None:
 
 
 def load_frames(folder: Path, split: Split, limit: int | None = None) -> Frames:
-    """All cached frames of a split (at most `limit`), decoded. Raises FileNotFoundError where there are none."""
+    """All cached frames of a split (at most `limit`), decoded. Raises FileNotFoundError without frames."""
     pictures: list[NDArray[np.uint8]] = []
     objects: list[NDArray[np.float32]] = []
     notes: list[dict[str, str | float]] = []

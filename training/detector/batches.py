@@ -35,8 +35,8 @@ CROPS = (
     Crops(*CLOSER_PX, 4, (2.0, 2.4)),
     Crops(*CLOSER_PX, 4, (2.0, 2.4)),
 )
-"""One is drawn for each batch. The second is the whole picture as it is seen beside a closer look; the last two are what the closer
-look shows, in which people are found or missed: a part of a picture that is as large already (`WINDOW`) is not drawn for them."""
+"""One is drawn for each batch. The second is the whole picture as it is seen beside a closer look. The last two are what the closer
+look shows, in which people are found or missed. A part of a picture that is as large already (`WINDOW`) is not drawn for these two."""
 SOUGHT = {"vehicle": 0.2, "pedestrian": 0.25, "sign": 0.25, "panel": 0.05, "light": 0.25}
 """Shares of the classes among the crops that are drawn for one object's sake; the others come as the pictures do."""
 SOUGHT_SHARE = 0.6

@@ -2,7 +2,7 @@
 
 `python -m training detector.mean BEFORE AFTER --cache DIR` writes `models/detector-float.onnx` and its eight-bit form.
 AFTER is a network (`detector-float.onnx`, its card `detector.json` beside it) that was trained on from BEFORE, briefly and on
-pictures of another kind: it finds what is new in them and has lost a little of the rest; the mean has both (Wortsman et al. 2022).
+pictures of another kind. It finds what is new in them and has lost a little of the rest. The mean has both (Wortsman et al. 2022).
 `python -m training detector.train --only-measure ...` then chooses its floors and measures it.
 """
 

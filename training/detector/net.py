@@ -1,6 +1,6 @@
 """The network of our detector: a small centre-point net whose heat map and box distances lie on a stride of four pixels.
 
-The backbone is plain 3 x 3 convolutions (a CPU runs them at a better rate than depthwise ones) down to stride 32; a
+The backbone is plain 3 x 3 convolutions (a CPU runs them at a better rate than depthwise ones) down to stride 32. A
 thin top-down path brings the context back to stride 4, where every cell says how much it is the centre of a class and
 how far the four sides of the box are.
 """

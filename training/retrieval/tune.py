@@ -17,7 +17,7 @@ from training.retrieval.questions import Question, asked, read_questions
 
 STEPS = tuple(step / 20 for step in range(21))
 AS_GOOD = 0.005
-"""Mean reciprocal ranks that differ by less are the same: so few questions cannot tell them apart."""
+"""Mean reciprocal ranks that differ by less are the same: so few questions cannot distinguish them."""
 
 
 class Remembering:

@@ -24,8 +24,10 @@ SHAPE_SCALE, MOVE_SCALE = 4.0, 0.25
 
 
 class LookNet(nn.Module):
-    """RGB (N, 3, 64, 64) in 0..255 and the size (N, 2) of the box asked about, in shares of the square, to log-odds that it is of
-    the class (N) and the thing's edges (N, 4) from the middle, in shares of the square. At first those are the box's own.
+    """RGB (N, 3, 64, 64) in 0..255 and the size (N, 2) of the box asked about, to log-odds (N) and edges (N, 4).
+
+    The log-odds are that the box is of the class. The edges are the thing's, from the middle, at first the box's own. Size and
+    edges are in shares of the square.
     """
 
     def __init__(self, widths: Widths = WIDTHS["sign"]) -> None:

@@ -1,5 +1,5 @@
 """An avenue of nothing but traffic lights, each in a state of its own: more heads, states, skies and distances than
-drives of signs show. Heads hang on both sides and over the road, turned a little; the sun may stand on their lamps.
+drives of signs show. Heads stand on both sides and hang over the road, turned a little; the sun may stand on their lamps.
 
 What "test" holds out: the random streams of places, states, skies and scenery. There is one head in the renderer.
 """

@@ -76,7 +76,7 @@ class TypeLettering:
 
 
 def letterings(split: str, font_folders: tuple[Path, ...], seed: int = 0) -> dict[str, Lettering]:
-    """Letterings by name for ``train``, ``tune`` or ``test``; font files that are absent are simply fewer.
+    """Letterings by name for ``train``, ``tune`` or ``test``; font files that are absent are left out.
 
     Training also gets invented stroke styles, and each font file in a few reworked weights and widths; tuning has font
     files alone, and without any it has none.

@@ -27,7 +27,7 @@ assert set(SIZES) == set(get_args(ActorKind))
 
 
 def drawn(rng: np.random.Generator, split: Split, id_: int, kind: ActorKind, pose: Pose) -> Actor:
-    """Somebody of a kind: a size and a look that the split may use, all lamps off."""
+    """An actor of a kind: a size and a look that the split may use, all lamps off."""
     length, width, height = (float(rng.uniform(*limits)) for limits in SIZES[kind])
     return Actor(
         id=id_,
@@ -54,7 +54,7 @@ def _actor(rng: np.random.Generator, split: Split, id_: int, kind: ActorKind, po
 def actors(
     place: Place, rng: np.random.Generator, split: Split, own_lane: float, atmosphere: Atmosphere
 ) -> tuple[Actor, ...]:
-    """Everybody on the road of a place; ``own_lane`` is the ego's lateral offset in metres."""
+    """All road users of a place; ``own_lane`` is the ego's lateral offset in metres."""
     kinds, weights = [kind for kind, _ in TRAFFIC], [weight for _, weight in TRAFFIC]
     lit_share = (
         0.97 if atmosphere.night else (0.7 if atmosphere.rain_mm_h or atmosphere.fog_visibility_m < 500 else 0.3)

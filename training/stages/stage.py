@@ -1,9 +1,9 @@
 """Random stages for training and testing detectors and readers: a scene composed by a seed, nothing driven.
 
-Held out for the split "test" (never seen in "train"): the last mesh family of every actor kind (``FAMILIES - 1``), the
-last font (``FONTS - 1``), the last variant of every plant, the last style of street furniture, and the stages' seeds
-themselves (the split enters the random stream). "train" uses the other families, fonts, variants and styles; "test" uses
-the held-out ones in every object, so that a score on it is a score on unseen shapes.
+The split "test" holds out the last mesh family of every actor kind (``FAMILIES - 1``), the last font (``FONTS - 1``), the
+last variant of every plant and the last style of street furniture. It also holds out the stages' seeds, since the split
+enters the random stream. "train" uses the other families, fonts, variants and styles; "test" uses the held-out ones in
+every object, so that a score on it is a score on unseen shapes.
 """
 
 from __future__ import annotations

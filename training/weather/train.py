@@ -1,9 +1,9 @@
 """Grows the trees that read the weather from pictures, and measures how far they may be trusted.
 
 `python -m training weather.train --cache DIR` reads the shards of `training.weather.frames` (split "train") and
-writes `models/weather.onnx` and its card. Trees judge single pictures; how sequences of them become probabilities and
-intervals is fitted on the pictures of `--tune DIR`: shards of split "test", with shapes and places that the trees never saw and
-that the measuring must not see again. scikit-learn on one thread, a minute.
+writes `models/weather.onnx` and its card. Trees judge single pictures. How sequences of them become probabilities and
+intervals is fitted on the pictures of `--tune DIR`. These are shards of split "test", with shapes and places that the trees
+never saw and that the measuring must not see again. scikit-learn on one thread takes a minute.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ class Pictures:
 
 
 def read_pictures(folder: Path, split: str) -> Pictures:
-    """All shards of a split. Raises FileNotFoundError where there are none."""
+    """All shards of a split. Raises FileNotFoundError without shards."""
     paths = shards(folder, split)
     if not paths:
         raise FileNotFoundError(f"no {split} pictures in {folder}; python -m training weather.frames makes some")

@@ -1,4 +1,4 @@
-"""A driver's question under the Direct methods: the front end's answer to its prompt, word for word, or that there is none."""
+"""A driver's question under the Direct methods: the front end's answer to its prompt, word for word, or that it has no answer."""
 
 from evaluation.baselines.direct import advise
 from evaluation.baselines.direct.advise import DirectSettings

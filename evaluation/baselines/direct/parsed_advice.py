@@ -1,7 +1,7 @@
-"""From what was answered to a whole prompt to advice: the front end's parser, and a few closed forms more.
+"""Reads advice from the answer to a whole prompt, by the front end's parser and by a few closed forms more.
 
-Each sentence is of a known form from its first to its last letter, or it says nothing; of several the most careful counts,
-and of several limits the lowest, so that no text can raise what another sentence of it says. A limit ahead is none in force.
+A sentence that has no known form from its first to its last letter says nothing. Of several sentences the most careful one
+counts, and of several limits the lowest: no sentence can raise what another one says. A limit ahead is not a limit in force.
 """
 
 import re
@@ -18,7 +18,7 @@ MOST_CHARS, MOST_SENTENCES = 1200, 8
 
 
 class Advice(NamedTuple):
-    """What to do; `none`: nothing was understood. A limit's unit is None where the sentence names none."""
+    """What to do; `none`: nothing was understood. A limit without a unit in its sentence has the unit `None`."""
 
     action: Action
     value: float | None = None
