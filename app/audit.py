@@ -306,7 +306,7 @@ def _public_key(given: str | None, argument: str = "--key") -> str:
 
 
 def _file_text(path: Path) -> str:
-    """What stands in a file; empty where it is none, or no text."""
+    """The text of a file; empty where the path is not a file, or the content is not ASCII text."""
     try:
         return path.read_text(encoding="ascii").strip() if path.is_file() else ""
     except ValueError:

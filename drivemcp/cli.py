@@ -90,7 +90,7 @@ def run(arguments: Sequence[str] | None = None, check: Callable[[], None] = chec
 
 
 def _reader_is_gone() -> bool:
-    """Whether nobody reads any more what we print, as after `| head`."""
+    """Whether the reader of the standard output has closed it, as after `| head`."""
     watch = select.poll()
     try:
         watch.register(sys.stdout, 0)

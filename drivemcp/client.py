@@ -47,7 +47,7 @@ def note_stack(stack: RunningStack) -> None:
 
 
 def _check_own(folder: Path) -> None:
-    """Raises UserError unless it is a folder of this user's that nobody else may enter; OSError where it is none at all."""
+    """Raises UserError unless it is a folder of this user's that no other user may enter; OSError where it does not exist."""
     status = folder.lstat()
     if not stat.S_ISDIR(status.st_mode) or status.st_uid != os.getuid() or stat.S_IMODE(status.st_mode) & 0o077:
         raise UserError(f"{folder} is not yours alone: remove it, or set XDG_RUNTIME_DIR to a folder of yours")
@@ -81,7 +81,7 @@ def _vehicle(name: str) -> str:
 
 @contextmanager
 def join(connect: str | None = None, vehicle: str | None = None, name: str = "cli") -> Iterator[Node]:
-    """A node on the given router, or on the stack that `drivemcp up` runs. Raises UserError when there is none."""
+    """A node on the given router, or on the stack that `drivemcp up` runs. Raises UserError without either."""
     stack = read_stack()
     if connect is None and stack is None:
         raise UserError("no stack is running here; start one with `drivemcp up`, or say where: --connect tcp/HOST:PORT")

@@ -1,4 +1,4 @@
-"""Numbers that are none: JSON cannot carry them, so that no log that holds one can be read again."""
+"""Numbers that are not finite: JSON cannot carry them, so that no log that holds one can be read again."""
 
 import math
 from collections.abc import Mapping
@@ -16,7 +16,7 @@ _PARTS: Mapping[type[Any], str] = MappingProxyType({Tracks: "tracks", Facts: "fa
 
 
 def finite(value: object) -> bool:
-    """Whether a message's data holds no number that is none: JSON cannot carry those, and nobody can reckon with them."""
+    """Whether all numbers in a message's data are finite: JSON cannot carry others, and no service can calculate with them."""
     inside = value.values() if isinstance(value, dict) else value if isinstance(value, list | tuple) else (value,)
     for each in inside:  # a loop, since thousands a second come through here
         if isinstance(each, float):
@@ -33,7 +33,7 @@ def is_data(message: msgspec.Struct) -> bool:
 
 
 def sound(message: M) -> M | None:
-    """The message, without the tracks or facts in it that are no data; None where it is none itself."""
+    """The message, without the tracks or facts in it that are not data; `None` where the message itself is not data."""
     if is_data(message):
         return message
     part = _PARTS.get(type(message))

@@ -184,7 +184,7 @@ class Node:
         return self._latest.get(topic_key(self.config.vehicle, topic, id))
 
     def health(self, topic: Topic[Any], id: str | None = None) -> Health:
-        """Alive, on rate, valid. A topic that is not subscribed to is none of them."""
+        """Alive, on rate, valid. A topic without a subscription is not alive, not on rate and not valid."""
         monitor = self._monitors.get(topic_key(self.config.vehicle, topic, id))
         return monitor.health(self.clock.now_ns()) if monitor else Health(alive=False, on_rate=False, valid=False)
 

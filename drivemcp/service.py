@@ -52,7 +52,7 @@ class Service(Generic[C]):
 
 
 def authorize_by_grant(config: ServiceConfig) -> Authorize:
-    """Actuation tools need a grant that names vehicle and tool, and the confirmation of that very command."""
+    """Actuation tools need a grant that names vehicle and tool, and the confirmation of exactly that command."""
     if not config.trusted_keys and not config.trusted_keys_file:
         return lambda tool, head, payload: (
             "actuation is off; it takes a grant (drivemcp grant) and a confirmation of this very command"

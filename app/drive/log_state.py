@@ -12,7 +12,7 @@ from services.logger.verification.verifier import verify
 
 
 class LogState(msgspec.Struct, frozen=True, kw_only=True):
-    """The log at the end of a drive. `verified` is None without one."""
+    """The log at the end of a drive. `verified` is `None` without one."""
 
     verified: bool | None = None
     complaint: str = ""

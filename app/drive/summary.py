@@ -150,7 +150,7 @@ class Tally:
                 self._responses.setdefault(hazard, max(0.0, self.now_s - onset_s))
 
     def _answered_before(self, hazard: str, onset_s: float) -> None:
-        """Who was warned just before the onset is warned."""
+        """A warning of the hazard just before its onset counts as an answer at once."""
         if any(said_s >= onset_s - self._holds_s and names(advisory, hazard) for said_s, advisory in self.spoken):
             self._responses.setdefault(hazard, 0.0)
 

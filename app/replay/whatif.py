@@ -89,7 +89,7 @@ class _Supposed:
 
 
 def _as_sure(answer: RulesAnswer, logged: RulesAnswer) -> RulesAnswer:
-    """The same law found again counts as sure as then, when retrieval confirmed it; there is none here."""
+    """The same law found again counts as sure as in the log, where retrieval confirmed it; retrieval is not asked here."""
     same = (answer.limit, answer.legal_action) == (logged.limit, logged.legal_action)
     return msgspec.structs.replace(answer, confidence=logged.confidence, degraded=logged.degraded) if same else answer
 

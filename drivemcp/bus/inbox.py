@@ -17,7 +17,7 @@ MOST_OF_ONE = INBOX_LIMIT // 4
 
 
 class Parcel(NamedTuple):
-    """One publication as it came; `head` is None where it does not decode."""
+    """One publication as it came; `head` is `None` where it does not decode."""
 
     key: str
     payload: bytes
@@ -131,7 +131,7 @@ def _source(parcel: Parcel) -> tuple[str, str]:
 class Timers:
     """Periodic functions by due time on any clock. A period that was slept through fires once, not many times.
 
-    A clock that is stepped back takes the due times with it: nobody waits until it has caught up.
+    A clock that is stepped back takes the due times with it: no function waits until the clock has caught up.
     """
 
     def __init__(self) -> None:

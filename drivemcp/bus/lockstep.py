@@ -155,7 +155,7 @@ class Conductor:
         return set(reply.called)
 
     def _first(self, service: str, replies: "SimpleQueue[Reply | None]") -> Reply | None:
-        """The first reply; None where there was none in time. Raises LockstepError as soon as the service has ended."""
+        """The first reply; `None` where no reply came in time. Raises LockstepError as soon as the service has ended."""
         deadline_s = time.monotonic() + STEP_BOUND_S + 1
         lived = self._alive is not None and service in self._alive()
         while time.monotonic() < deadline_s:

@@ -18,7 +18,7 @@ _HEAD = msgspec.msgpack.Decoder(PubHead)
 
 
 class Received(msgspec.Struct, Generic[M], frozen=True):
-    """The message and what its head says. For a raw subscription `message` is None and `payload` the bytes as sent."""
+    """The message and what its head says. For a raw subscription `message` is `None` and `payload` the bytes as sent."""
 
     message: M
     key: str

@@ -102,9 +102,9 @@ class Querier:
         self._querier = querier
 
     def get(self, payload: bytes, attachment: bytes, on_reply: OnReply) -> None:
-        """Ask; replies come to `on_reply`, and None where nobody is known to serve the key and nobody answered.
+        """Ask; replies come to `on_reply`. Where no service is known to serve the key, `None` follows after the last reply.
 
-        Where somebody is known to serve it, nothing tells that no more replies will come: a wake-up saved at each call.
+        Where a service is known to serve it, nothing tells that no more replies will come: a wake-up saved at each call.
         """
         served = bool(getattr(self._querier.matching_status, "matching", False))
         end = () if served else (lambda: on_reply(None),)

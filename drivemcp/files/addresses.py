@@ -5,7 +5,7 @@ import urllib.parse
 
 
 def is_loopback(host: str) -> bool:
-    """Whether a host is this very machine."""
+    """Whether a host is this machine."""
     try:
         return host == "localhost" or ipaddress.ip_address(host).is_loopback
     except ValueError:
@@ -13,7 +13,7 @@ def is_loopback(host: str) -> bool:
 
 
 def is_private(url: str) -> bool:
-    """Whether nobody on the way can read or change what passes: https, or http to this very machine."""
+    """Whether what passes can be neither read nor changed on the way: https, or http to this machine."""
     parts = urllib.parse.urlsplit(url)
     host = parts.hostname or ""
     return (parts.scheme == "https" and host != "") or (parts.scheme == "http" and is_loopback(host))

@@ -52,7 +52,7 @@ def assemble(row: ModelRow, target: Path) -> None:
 
 
 def check_address(url: str) -> None:
-    """https, or http to this very machine. Raises UserError."""
+    """Raises UserError unless the address is https, or http to this machine."""
     if not is_private(url):
         raise UserError(f"models are fetched over https, not from {url!r}")
 

@@ -40,7 +40,7 @@ class ModelRow(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     extra: str = ""
     """The extra that brings the package."""
     terms: str = ""
-    """Where the terms stand that have to be accepted before the file is kept here; empty: there are none beside the licence."""
+    """Where the terms stand that have to be accepted before the file is kept here; empty: no terms beside the licence."""
 
 
 def model_folder() -> Path:

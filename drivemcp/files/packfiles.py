@@ -87,7 +87,7 @@ def content_sha256(values: Mapping[str, Any], content: Mapping[str, bytes]) -> s
 
 
 def _documents(folder: Path, refused: dict[str, str]) -> tuple[str, ...]:
-    """Names of the source documents, sorted; too many are none."""
+    """Names of the source documents, sorted; empty where they are more than `MAX_DOCUMENTS`, or their folder is a link."""
     sources = folder / SOURCES
     if sources.is_symlink():
         refused[SOURCES] = "is a link; put the folder itself there"

@@ -1,4 +1,4 @@
-"""Whether a call of an actuation tool is allowed: a grant that names the tool, then the confirmation of this very command."""
+"""Whether a call of an actuation tool is allowed: a grant that names the tool, then the confirmation of exactly this command."""
 
 import threading
 from collections.abc import Sequence

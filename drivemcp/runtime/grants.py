@@ -36,7 +36,7 @@ class KeyPair(NamedTuple):
 
 
 def make_key() -> KeyPair:
-    """A new key pair; the private half stays with whoever grants, the public half goes into `trusted_keys`."""
+    """A new key pair; the private half stays with the person who grants, the public half goes into `trusted_keys`."""
     from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 
     key = Ed25519PrivateKey.generate()
@@ -163,7 +163,7 @@ class Confirmations:
         return text
 
     def take(self, tool: str, payload: bytes, confirmation: str) -> bool:
-        """Whether this very command was asked for and waits; it does not wait any longer then."""
+        """Whether exactly this command was asked for and waits; it does not wait any longer then."""
         if not confirmation.startswith(confirmation_of(tool, payload, "")):
             return False
         with self._lock:

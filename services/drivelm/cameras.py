@@ -75,7 +75,7 @@ class RecentFrames:
             frames.popitem(last=False)
 
     def picture(self, camera: str, stamp_ns: int) -> Picture | None:
-        """The picture of that very instant, RGB; None if it is not here or is no picture."""
+        """The picture of exactly that instant, RGB; `None` if it is not here or is not a picture."""
         frames = self._frames.get(camera)
         jpeg = None if frames is None else frames.get(stamp_ns)
         if jpeg is None:
@@ -84,7 +84,7 @@ class RecentFrames:
         return decoded(jpeg)
 
     def jpeg(self, camera: str, stamp_ns: int) -> bytes | None:
-        """The bytes of that very instant's picture, as they came; None where they are not here."""
+        """The bytes of the picture of exactly that instant, as they came; `None` where they are not here."""
         frames = self._frames.get(camera)
         return None if frames is None else frames.get(stamp_ns)
 

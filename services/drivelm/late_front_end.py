@@ -1,8 +1,8 @@
 """The front end with a slow backend: the sign reader answers at once, the backend when it can, and nothing waits for it.
 
 Each look goes to the embedded reader as ever, which keeps the tracks, and is sent off to the backend besides. An answer
-that comes later counts for its track with the stamp of its picture, unless the track is gone, has since become another
-thing, or shows what changes (lights, panels) and the picture is too old to tell of it.
+that comes later counts for its track with the stamp of its picture, unless the track is gone or has since become another
+thing. Nor does it count for what changes (lights, panels) where the picture is too old to tell of that.
 """
 
 from collections.abc import Callable, Sequence

@@ -244,7 +244,7 @@ class Bindings:
             self.node.publish(topics.FACTS, Facts(facts=facts, backend=self.front_end.backend.name), stamp_ns=now_ns)
 
     def say_graph(self) -> None:
-        """The scene as last seen, with its picture's stamp; of a camera that has gone silent there is none."""
+        """The scene as last seen, with its picture's stamp; nothing where the camera has gone silent."""
         now_ns = self.node.clock.now_ns()
         stamp_ns, boxes = self.boxes.get(self.config.graph_camera, (0, None))
         if boxes is None or abs(now_ns - stamp_ns) > self.config.stale_ms * 1e6:

@@ -1,4 +1,4 @@
-"""Whether a client's call may be made: numbers that are none, a person's word where it changes something, a grant for actuation."""
+"""Whether a client's call may be made: finite numbers alone, a person's word where it changes something, a grant for actuation."""
 
 import re
 from pathlib import Path
@@ -25,7 +25,7 @@ class Permit(NamedTuple):
     grant: str = ""
 
     def make(self, node: Node, limit_ms: float) -> Outcome:
-        """Call the tool. Under a grant the server asks for the confirmation of this very command, which a person has given."""
+        """Call the tool. Under a grant the server asks for the confirmation of exactly this command, which a person has given."""
         asks = [(self.tool, self.arguments, limit_ms)]
         outcome = node.client.call_all(asks, grant=self.grant)[0]
         asked = _CONFIRMATION.search(outcome.error) if self.grant else None

@@ -126,7 +126,7 @@ class Perception:
         return known is not None and not known.calibration.assumed
 
     def measured(self, camera_id: str, frame: CameraFrame) -> Camera | None:
-        """The camera for pictures of this size, where somebody measured it."""
+        """The camera for pictures of this size, where its calibration was measured."""
         return self._camera(camera_id, frame) if self.calibrated(camera_id) else None
 
     def see(self, camera_id: str, stamp_ns: int, frame: CameraFrame, *, closer: bool = True) -> Seen:
@@ -301,10 +301,10 @@ class Perception:
     def _with_movers(
         self, seen: Sequence[Sighting], stamp_ns: int, sees: Callable[[float, float], bool]
     ) -> list[Sighting]:
-        """What the camera sees, and behind it those who move by the latest sweep and whom it does not see; each sweep tells once.
+        """What the camera sees, and behind it the movers of the latest sweep that it does not see; each sweep tells once.
 
-        Who is seen by both far aside is seen to move, and may do so across. Of our own lanes, where it sees them, the camera's
-        word counts.
+        A road user far aside that camera and sweep show is seen to move, and may move across. In our own lanes, where the camera sees them,
+        its word counts.
         """
         (swept_ns, movers), self._movers = self._movers, (0, ())
         age_ns = stamp_ns - swept_ns

@@ -101,7 +101,7 @@ def _messages(files: list[Path], held: Contents) -> Iterator[TimedMessage]:
 
 def _timed(records: Iterable[Logged]) -> Iterator[tuple[Logged, bool]]:
     """Each record, and whether its stamp strays from those of the records around it: one bit wrong, and a replay would wait
-    for years. A jump that lasts is none: half of the records around are on its side."""
+    for years. A jump that lasts does not stray: half of the records around are on its side."""
     around: deque[Logged] = deque(maxlen=2 * BESIDE + 1)
     ahead = itertools.chain(records, itertools.repeat(None, BESIDE))
     waiting: deque[Logged] = deque()

@@ -45,7 +45,7 @@ VIDEOS = (
 
 
 def open_folder(path: Path, options: Options) -> Recording:
-    """Pictures in the order of the numbers in their names. Raises UserError where there are none."""
+    """Pictures in the order of the numbers in their names. Raises UserError where the folder holds no pictures."""
     files = ordered(files_of(path, PICTURES))
     if not files:
         videos = files_of(path, VIDEOS)

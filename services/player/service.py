@@ -134,7 +134,7 @@ def options_of(config: PlayerConfig) -> Options:
 
 
 def build(config: PlayerConfig, node: Node) -> None:
-    """Open the recording and play it. Raises ConfigError when there is none, or in lockstep."""
+    """Open the recording and play it. Raises ConfigError without a source, or in lockstep."""
     if config.lockstep:
         raise ConfigError("a recording is played at its own pace; lockstep is for the simulator")
     if not config.source:

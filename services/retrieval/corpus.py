@@ -64,7 +64,7 @@ class Entry(msgspec.Struct, frozen=True):
     replaces: tuple[str, ...] = ()
     """Provisions of the pack that is extended, in whose place this one stands."""
     draft: bool = False
-    """Imported and not yet restated: the publisher's words, which nobody is to be told."""
+    """Imported and not yet restated: the publisher's words, which are not to be told."""
 
     @property
     def road_types(self) -> frozenset[str]:

@@ -1,4 +1,4 @@
-"""For whoever edits a pack: `python -m services.retrieval.embed FOLDER...` renews the embeddings that travel with it."""
+"""For editors of a pack: `python -m services.retrieval.embed FOLDER...` renews the embeddings that travel with it."""
 
 import sys
 from collections.abc import Sequence

@@ -98,7 +98,7 @@ class Library:
 
     @property
     def status(self) -> str:
-        """The encoder in use, or why there is none."""
+        """The encoder in use, or why there is no encoder."""
         return self._state.status
 
     def give_up(self, status: str) -> None:
@@ -295,7 +295,7 @@ def _facts(state: State, request: Request, found: Sequence[Passage]) -> Facts:
 
 
 def _alone(folder: Path, texts: tuple[Text, ...], others: Mapping[Path, tuple[Text, ...]]) -> tuple[Text, ...]:
-    """The texts, unless another folder's pack has their names: passages are told apart by them. Raises CorpusError."""
+    """The texts, unless another folder's pack has their names, which distinguish passages. Raises CorpusError."""
     pack = {text.pack for text in texts}
     first = next((f for f, known in others.items() if f != folder and pack & {text.pack for text in known}), None)
     if first is not None:

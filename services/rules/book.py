@@ -92,7 +92,7 @@ class RuleBook(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def is_fallback(pack: Pack) -> bool:
-    """Whether a pack is nobody's law, but what is careful everywhere."""
+    """Whether a pack is not the law of a country, but what is careful everywhere."""
     return pack.manifest.jurisdiction == FALLBACK
 
 

@@ -76,7 +76,7 @@ def _sources(pack: Pack) -> Iterator[tuple[str, Provision | Sign, Source]]:
 
 
 def cited_in_doubt(chosen: Cites, answers: Iterable[tuple[Pack, Cites]]) -> tuple[Citation, ...]:
-    """Where nobody knows whose law it is: the answer's own citations, then the fallback's, then the other packs'."""
+    """Where it is not known whose law it is: the answer's own citations, then the fallback's, then the other packs'."""
     ordered = sorted(answers, key=lambda answer: not is_fallback(answer[0]))
     return unique((*chosen, *(citation for _, citations in ordered for citation in citations[:2])))
 

@@ -25,7 +25,7 @@ NO_LIGHT = ("off", "amber_flashing")
 UNKNOWN_LIGHT = {"red_amber": "red", "flashing_red": "red", "amber_flashing": "off", "green_arrow": "green"}
 """What a light is taken for by a law that does not name it."""
 CROSSINGS = frozenset({"crossing", "marking:zebra", "yield_to_pedestrians"})
-"""Signs that demand something only where somebody crosses."""
+"""Signs that demand something only where a person crosses."""
 REPLACED_BY_LIGHTS = CROSSINGS | {
     "stop", "all_way_stop", "yield", "priority_road", "priority_here", "priority_here_left", "priority_here_right",
     "right_before_left", "roundabout", "mini_roundabout", "oncoming_priority", "priority_over_oncoming",
@@ -128,7 +128,7 @@ def _contradict(found: tuple[Found, ...]) -> bool:
 
 
 def _softened(action: LegalAction, question: RightOfWayQuestion) -> LegalAction:
-    """Nobody is told plainly to proceed while it is unknown who crosses."""
+    """The driver is not told plainly to proceed while it is unknown whether people cross."""
     return "proceed_with_care" if action == "proceed" and question.pedestrians_on_crossing is None else action
 
 

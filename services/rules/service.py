@@ -112,7 +112,7 @@ class _Evidence:
 
     @property
     def alive(self) -> bool:
-        """Whether retrieval is there to be asked; a call to nobody would be waited for.
+        """Whether retrieval is there to be asked; a call to a service that is not there would be waited for.
 
         In lockstep it is looked for once and waited for, so that two runs find the same.
         """

@@ -33,7 +33,7 @@ class Cache(Generic[V]):
         self.misses = 0
 
     def get(self, key: Hashable, serves: Callable[[V], bool] | None = None) -> V | None:
-        """The value, which counts as used now; None where there is none, or one that does not serve."""
+        """The value, which counts as used now; `None` without one, or where the value does not serve."""
         with self._lock:
             value = self._values.get(key)
             if value is None or (serves is not None and not serves(value)):

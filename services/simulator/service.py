@@ -54,7 +54,7 @@ class SimulatorConfig(ServiceConfig, frozen=True, kw_only=True):
     lidar: bool = True
     """LiDAR sweeps are published."""
     lidar_at_crossings: bool = False
-    """Without `lidar`, sweeps while somebody near by drives across the ego's way: for runs whose other sensors are modelled."""
+    """Without `lidar`, sweeps while a vehicle near by drives across the ego's way: for runs whose other sensors are modelled."""
     gnss: bool = True
     """Positions are published."""
     map: bool = True

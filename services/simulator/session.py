@@ -46,7 +46,7 @@ class SensorSet:
     weather: bool = True
     can: bool = True
     lidar_at_crossings: bool = False
-    """Without `lidar`: sweeps all the same while somebody near by drives across the ego's way."""
+    """Without `lidar`: sweeps all the same while a vehicle near by drives across the ego's way."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,7 +116,7 @@ class Session:
     # What comes in ----------------------------------------------------------------------------------------------------
 
     def hear(self, advisory: Advisory) -> None:
-        """A message to the driver; silence is none."""
+        """A message to the driver; silence is not a message."""
         if advisory.kind == "SILENT" or not advisory.directive:
             return
         self._mail.advice.append(

@@ -57,7 +57,7 @@ class Memory(msgspec.Struct, frozen=True, kw_only=True):
         return msgspec.structs.replace(self, **dict.fromkeys(ahead, now_ns)) if ahead else self
 
     def drying(self, now_ns: int) -> bool:
-        """Whether it rained lately, or nobody watched long enough to know that it did not."""
+        """Whether it rained lately, or the weather was not watched long enough to know that it did not."""
         began = [stamp for stamp in (self.wet_ns, self.since_ns) if stamp is not None]
         return self.since_ns is None or any(now_ns - stamp <= DRYING_S * NS for stamp in began)
 

@@ -138,7 +138,7 @@ class ReplayLink:
             self._node.every(0.001, lambda: self._deliver(self._stepped()))
 
     def transmit(self, frames: Sequence[CanFrame]) -> None:
-        """Raises LinkDown: nobody is there who could answer."""
+        """Raises LinkDown: a recording has no unit that could answer."""
         raise LinkDown(f"{self._replay.log.path.name} is a recording: it answers nothing")
 
     @property

@@ -1,4 +1,4 @@
-"""Who is asked and who answers: normal addressing of ISO 15765-4, 11 and 29 bits. An id above 0x7FF has 29 bits."""
+"""Ids of requests and of answers: normal addressing of ISO 15765-4, 11 and 29 bits. An id above 0x7FF has 29 bits."""
 
 FUNCTIONAL_11, FUNCTIONAL_29 = 0x7DF, 0x18DB33F1
 TESTER = 0xF1

@@ -65,7 +65,8 @@ class Diagnostics:
     def ask(
         self, payload: bytes, to: int | None = None, *, timeout_s: float, allowed: frozenset[int] = gate.NOTHING
     ) -> Reply:
-        """Ask one unit by its physical id, or everybody, and wait. An answer that broke off is asked for once more.
+        """Ask one unit by its physical id, or all units, and wait. An answer to a reading service that broke off is asked for once
+        more.
 
         Raises RequestRefused; TimeoutError where the line stays taken.
         """
@@ -84,7 +85,7 @@ class Diagnostics:
         return self._reply(exchange, found, ended)
 
     def start(self, payload: bytes, clock: Clock = time.monotonic) -> Exchange | None:
-        """Ask everybody without waiting, for the worker thread; None where the line is taken. `finish` frees it. `clock`:
+        """Ask all units without waiting, for the worker thread; `None` where the line is taken. `finish` frees it. `clock`:
         the seconds that patience is counted in.
         """
         if not self._turn.acquire(blocking=False):

@@ -47,13 +47,13 @@ class Responders:
         self._seen[payload] = answered
 
     def forget(self, payload: bytes) -> None:
-        """Somebody answered late: until it is learned again, only quiet ends the waiting."""
+        """A unit answered late: until the question is learned again, only quiet ends the waiting."""
         self._learned[payload] = frozenset()
         self._seen.pop(payload, None)
 
 
 GRACE_S = 0.1
-"""After an answer to everybody, so long for another. ISO 15765-4 gives each unit 50 ms (P2)."""
+"""After an answer to a request to all units, so long for another. ISO 15765-4 gives each unit 50 ms (P2)."""
 OWED_S = 0.5
 """So long where one is still owed that is known to answer this: a computer under load is late, too."""
 PENDING_S = 5.0
@@ -85,7 +85,7 @@ class Exchange:
 
     @property
     def complete(self) -> bool:
-        """Whether all who were expected have answered, and nobody is still at it."""
+        """Whether all units that were expected have answered, and no unit is still at it."""
         return bool(self.expected) and self.answers.keys() >= self.expected and not self._under_way
 
     def offer(self, answer_id: int, answer: bytes) -> None:

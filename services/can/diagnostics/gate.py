@@ -29,7 +29,7 @@ FRAMES_PER_S, BURST, RESERVE = 400.0, 40.0, 10.0
 
 def check(arbitration_id: int, data: bytes, allowed: frozenset[int] = NOTHING) -> None:
     """Raise RequestRefused unless this frame may leave: a diagnostic id, and a service that reads or that is `allowed`
-    (by a grant and the confirmation of that very command, or in simulation).
+    (by a grant and the confirmation of exactly that command, or in simulation).
     """
     if arbitration_id not in REQUEST_IDS:
         raise RequestRefused(
@@ -66,8 +66,8 @@ CLEARING_GROUPS = frozenset({65228, 65235})
 
 
 def check_j1939_request(arbitration_id: int, data: bytes) -> None:
-    """Raise RequestRefused unless this is a request for a group that only tells: no clearing, and none of the makers'
-    own groups, of which nobody else knows what asking does.
+    """Raise RequestRefused unless this is a request for a group that only tells: not one that clears, and not a maker's
+    own group, since what asking for that does is not known.
     """
     if arbitration_id >> 29 or arbitration_id >> 8 & 0x3FF00 != J1939_REQUEST or len(data) != 3:
         raise RequestRefused("of J1939 only the request for a group (59904) may be sent")
@@ -85,8 +85,8 @@ SENDABLE = ("0x7DF", "0x7E0-0x7E7", "0x18DB33F1", "0x18DAxxF1", "J1939 59904 (re
 
 
 def check_at_bus(arbitration_id: int, data: bytes) -> None:
-    """The last check, of every frame whoever made it: raise RequestRefused unless some command could make it leave. That
-    this one may was checked where the command is known.
+    """The last check, of every frame whatever made it: raise RequestRefused unless some command could make it leave. Whether
+    the command at hand may was checked where that command is known.
     """
     if arbitration_id >> 8 & 0x3FF00 == J1939_REQUEST and arbitration_id not in REQUEST_IDS:
         check_j1939_request(arbitration_id, data)

@@ -100,7 +100,7 @@ class DtcBook:
     """The table of trouble codes in words."""
 
     def __init__(self, table: _Table) -> None:
-        """Raises ValueError where a row names a step or a fault that is not there, or a code that is none."""
+        """Raises ValueError where a row names a step or a fault that is not there, or a code that is not a generic one."""
         self._steps, self._codes = table.steps, _expanded(table) | table.codes
         missing = ({row.step for row in self._codes.values() if row.step} | set(SEVERITIES)) - table.steps.keys()
         if missing:
@@ -135,7 +135,7 @@ class DtcBook:
         return str(getattr(words, language if language in _Step.__struct_fields__ else "en"))
 
     def explain(self, code: str, language: str = "en") -> DtcText:
-        """A code in words. Raises ValueError where `code` is none."""
+        """A code in words. Raises ValueError where `code` is not a trouble code."""
         code = code.strip().upper()
         if not is_code(code):
             raise ValueError(

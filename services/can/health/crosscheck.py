@@ -1,8 +1,8 @@
-"""Sensor faults told apart from faults of the car: each sensor against what the others say it should show.
+"""Distinguishes sensor faults from faults of the car: each sensor against what the others say it should show.
 
 Every 50 ms of frame time one sample is judged. Evidence for a kind of fault grows with the time that shows it and
-shrinks twice as fast without (a CUSUM with a drift); over its threshold the sensor is convicted, and stays so until it
-was plausible for `CLEAR_S` under a check that could have found it out. Same frames, same verdicts.
+shrinks twice as fast without (a CUSUM with a drift). Over its threshold the sensor is convicted. It stays so until it
+was plausible for `CLEAR_S` under a check that could have found the fault. Same frames, same verdicts.
 """
 
 import math
@@ -24,7 +24,7 @@ CLEAR_S = 30.0
 MAX_STEP_S = 0.5
 """A pause longer than this counts as this much evidence."""
 UNEVEN = 0.003
-"""A wheel that runs ahead by this share makes its axle tell a bend that is none."""
+"""A wheel that runs ahead by this share makes its axle tell a bend that is not there."""
 
 
 class Rule(NamedTuple):
@@ -34,9 +34,9 @@ class Rule(NamedTuple):
     noise: float
     """Standard deviation that a sound sensor stays below, by the median of second differences."""
     moves: float = 0.0
-    """Where the others moved by this much while it stood still, it is stuck. 0: nobody can tell."""
+    """Where the others moved by this much while it stood still, it is stuck. 0: the others cannot tell."""
     rate: float = 0.0
-    """For those nobody vouches for: a sound one changes no faster, per second. 0: not checked."""
+    """For sensors that no other one vouches for: a sound one changes no faster, per second. 0: not checked."""
     jump: float = 0.0
     """How far it may run ahead of `rate`."""
     falls: bool = True
@@ -132,7 +132,7 @@ class _Watch:
         self._recent.append(value)
 
     def _take(self, value: float, sound: Expected | None, dt_s: float, *, mean: float | None) -> float | None:
-        """Remember the value; its residual, where somebody vouches for it."""
+        """Remember the value; its residual where other sensors or the rule's `rate` tell one, else `None`."""
         if value != self._last:
             self._last, self._same_s, self._witnessed = value, 0.0, None
         self._same_s += dt_s

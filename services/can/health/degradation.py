@@ -73,9 +73,9 @@ def assess(
 ) -> Assessment:
     """The health at one instant.
 
-    `values` has a key for every field this car has; an indicator whose fields it lacks does not exist here, one whose
-    fields are None is unknown: it keeps the psi it last had and costs at least its share of braking. Nothing was ever
-    read: h and envelope are None.
+    `values` has a key for every field this car has. An indicator whose fields it lacks does not exist here. An indicator
+    is unknown where a field that it needs is `None`: it keeps at least the psi it last had, and costs at least its
+    share of braking. Where nothing was ever read, h and envelope are `None`.
     """
     rows = [psi for psi in table if psi.on(values)]
     now = {psi.name: psi.reads(values) for psi in rows}

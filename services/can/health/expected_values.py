@@ -32,7 +32,7 @@ AT_WORK = ("abs_active", "esc_active", "traction_active")
 
 
 class Shape(NamedTuple):
-    """The car as far as the checks need it; brake constants are None where the profile does not tell them."""
+    """The car as far as the checks need it; a brake constant is `None` where the profile does not tell it."""
 
     track_m: float = 1.55
     wheelbase_m: float = 2.7

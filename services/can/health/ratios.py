@@ -22,8 +22,8 @@ from services.can.health.expected_values import (
 
 TYRES = tuple(f"tyre_pressure_{wheel}_bar" for wheel in ("fl", "fr", "rl", "rr"))
 RADIUS_SHARE_LEAST, RADIUS_SHARE_MOST = 0.012, 0.045
-"""By so much per share of lost pressure a wheel turns faster: indirect pressure monitoring sees a fifth lost as 0.3 to
-0.6 % (Persson, Gustafsson, Drevö, SAE 2002-01-1250); half as much again for what is measured in a few seconds."""
+"""By so much per share of lost pressure a wheel turns faster. Indirect pressure monitoring sees a fifth lost as 0.3 to
+0.6 % (Persson, Gustafsson, Drevö, SAE 2002-01-1250). For what is measured in a few seconds, half as much again."""
 TYRE_SLACK = 0.08
 """Share of pressure within which wheel and sensor agree, against the others: weather and warmth move all four."""
 FILTER_S = 8.0

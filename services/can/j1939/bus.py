@@ -82,7 +82,7 @@ class J1939Bus:
         return self._transport.malformed
 
     def ask(self, pgn: int, timeout_s: float, clock: Callable[[], int]) -> list[Group]:
-        """Ask everybody for a group; what was answered, acknowledgements too. Raises RequestRefused, TimeoutError."""
+        """Ask all units for a group; what was answered, acknowledgements too. Raises RequestRefused, TimeoutError."""
         frame_id = messages.id_of(messages.REQUEST, messages.TOOL_ADDRESS)
         try:
             gate.check_j1939_request(frame_id, messages.request_data(pgn))

@@ -21,7 +21,7 @@ ANSWERS = {1: "refused", 2: "access denied", 3: "busy: ask again later"}
 
 
 class Header(NamedTuple):
-    """A J1939 id: `destination` is 255 where everybody is meant."""
+    """A J1939 id: `destination` is 255 where all units are meant."""
 
     priority: int
     pgn: int

@@ -46,7 +46,7 @@ def hashed_vin(vin: str, salt: bytes) -> str:
 
 
 def installation_salt(path: Path | None) -> bytes:
-    """The salt kept at `path`, made and written for its owner alone where there is none; without a path one for this
+    """The salt kept at `path`; a missing one is made and written for its owner alone. Without a path, a salt for this
     run. Raises ProfileError where the file cannot be read or written or holds something else.
     """
     if path is None:

@@ -38,7 +38,7 @@ MessageName = Annotated[
 
 
 class LogList(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
-    """The logs that may be read; `message` says why there are none, or that there are more."""
+    """The logs that may be read; `message` says why no log may be read, or that there are more."""
 
     log_dir: str
     files: list[LogFile]

@@ -1,5 +1,5 @@
 """The tools that ask the control units. Reading is `diagnostic`; what changes the car is `actuation`: the node refuses
-it without a grant and the confirmation of that very call, and `requests` unless the car stands.
+it without a grant and the confirmation of exactly that call, and `requests` unless the car stands.
 """
 
 from typing import Annotated
@@ -114,14 +114,14 @@ def _offer_uds(node: Node, vehicle: Vehicle) -> None:
 def _offer_actuation(node: Node, vehicle: Vehicle) -> None:
     @node.tool(deadline_ms=DEADLINE_MS, capability="actuation", idempotent=False)
     def clear_dtcs(timeout_s: Timeout = 2.0, by: By = "obd", ecu: Unit = None) -> DiagnosticAnswer:
-        """Clear the trouble codes, by OBD service 4 or UDS service 0x14. Takes a grant and a confirmation of this very
+        """Clear the trouble codes, by OBD service 4 or UDS service 0x14. Takes a grant and a confirmation of exactly this
         command; the car must stand.
         """
         return requests.clear_codes(vehicle, by, ecu, timeout_s, now_ns=node.clock.now_ns())
 
     @node.tool(deadline_ms=DEADLINE_MS, capability="actuation", idempotent=False)
     def reset_ecu(ecu: OneUnit, kind: How = "soft", timeout_s: Timeout = 2.0) -> DiagnosticAnswer:
-        """Restart one control unit (ISO 14229 service 0x11). Takes a grant and a confirmation of this very command; the
+        """Restart one control unit (ISO 14229 service 0x11). Takes a grant and a confirmation of exactly this command; the
         car must stand.
         """
         return requests.reset_unit(vehicle, ecu, kind, timeout_s, now_ns=node.clock.now_ns())

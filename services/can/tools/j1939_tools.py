@@ -37,7 +37,7 @@ Payload = Annotated[
 
 
 class J1939Frame(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
-    """`status`: ok or error. `destination` 255: everybody. `signals` where the bus's description has the group."""
+    """`status`: ok or error. `destination` 255: all units. `signals` where the bus's description has the group."""
 
     status: str
     pgn: int | None = None

@@ -32,8 +32,8 @@ class UnitAnswer(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
 
 class ObdAnswer(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     """`status`: ok, refused, timeout or error. The head is the first unit's that has an answer, of lists of codes all
-    units'; `units` has each. `ended`: answered (all who answer this have), quiet (some have, then nobody more),
-    timeout. `missing`: who is known to answer this and did not.
+    units'; `units` has each. `ended`: answered (all units that answer this have), quiet (some have, then no more),
+    timeout. `missing`: units that are known to answer this and did not.
     """
 
     status: str
@@ -125,7 +125,7 @@ def unit_answers(names: Names, privacy: Privacy, payload: bytes, reply: Reply) -
 
 
 def missing(names: Names, reply: Reply) -> list[str]:
-    """Who did not answer, by name."""
+    """The units that are known to answer and did not, by name."""
     return [unit_name(names, unit) for unit in reply.missing]
 
 

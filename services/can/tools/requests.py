@@ -73,7 +73,7 @@ def send_obd(
     frame: int = 0,
     ecu: str | None = None,
 ) -> ObdAnswer:
-    """One OBD request to everybody, or to one unit: the answers of all who have one."""
+    """One OBD request to all units, or to one: the answers of all units that have one."""
     wanted = pids or (() if pid is None else (pid,))
     found = ask(vehicle, lambda: obd.request(service, wanted, frame), ecu, timeout_s)
     if found.message is not None:

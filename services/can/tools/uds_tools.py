@@ -126,7 +126,7 @@ def offer(node: Node, vehicle: Vehicle) -> None:
     def uds_clear_dtcs(
         request_id: RequestId = "0x7E0", response_id: ResponseId = "0x7E8", timeout_s: Timeout = 2.0
     ) -> UdsCleared:
-        """Clear all trouble codes of one unit (ISO 14229 service 0x14). Takes a grant and a confirmation of this very
+        """Clear all trouble codes of one unit (ISO 14229 service 0x14). Takes a grant and a confirmation of exactly this
         command; the car must stand. A fault that is still there sets its code again.
         """
         return _clear(vehicle, request_id, response_id, timeout_s, node.clock.now_ns())

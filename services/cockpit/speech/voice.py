@@ -17,7 +17,7 @@ MOST_CHARACTERS = 120
 
 
 class Utterance(msgspec.Struct, frozen=True, kw_only=True):
-    """Words, or a tone alone where there are none."""
+    """Words, or without words a tone alone."""
 
     text: str
     urgency: Urgency

@@ -1,4 +1,4 @@
-"""What a language model said, taken as one known sentence on the very question, or as an abstention with its reason."""
+"""What a language model said, taken as one known sentence on the question asked, or as an abstention with its reason."""
 
 import logging
 import math
@@ -62,7 +62,7 @@ def judged(text: str, question: str, score: float | None, abstentions: Abstentio
 
 
 def probability(log_probabilities: Sequence[float]) -> float | None:
-    """The product of token probabilities: how probable the model holds this very text. None unless all are log-probabilities."""
+    """The product of token probabilities: how probable the model holds this text. `None` unless all are log-probabilities."""
     if not log_probabilities or not all(math.isfinite(each) and each <= 1e-6 for each in log_probabilities):
         return None
     return min(1.0, math.exp(math.fsum(log_probabilities)))

@@ -63,7 +63,7 @@ def request(image: Picture | None, prompt: str, model: str, max_tokens: int, *, 
 
 
 def said(body: bytes) -> Said:
-    """What a reply says. Raises msgspec.MsgspecError, or what else `errors.MALFORMED` lists, where it is none."""
+    """What a reply says. Raises msgspec.MsgspecError, or what else `errors.MALFORMED` lists, where the body is not a reply."""
     choices = msgspec.json.decode(body, type=Reply).choices
     if len(choices) != 1:
         return Said(reason=f"{len(choices)} choices for one")

@@ -1,6 +1,6 @@
 """`gguf`: a language model in this process, from a GGUF file, by llama.cpp. It completes whole prompts, and no picture goes to it.
 
-Decoding is greedy, on bounded threads. Each prompt is read on from the very same state, that after the text which all prompts begin
+Decoding is greedy, on bounded threads. Each prompt is read on from the same state, the one after the text that all prompts begin
 with, so that an answer depends on its prompt alone. The score is the product of the probabilities that the model itself gives the
 tokens of the answer, the line's end included, whether or not a grammar held it to them. An answer that does not end within its tokens
 or its time is an abstention.

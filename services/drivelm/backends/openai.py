@@ -3,7 +3,7 @@
 One deadline holds for a whole answer, bodies are bounded, redirects are not followed, proxies of the environment are
 not used, and compressed bodies are not unpacked. Whatever goes wrong is an abstention with its reason in the log.
 The score is the product of the token probabilities where the endpoint gives them (the probability that the model
-gives this very text), otherwise ``abstentions.UNMEASURED``.
+gives this text), otherwise ``abstentions.UNMEASURED``.
 """
 
 import asyncio

@@ -2,7 +2,7 @@
 
 Weights are read from safetensors only. Pictures are prepared without torchvision, which families whose processor also
 takes videos insist on (Qwen-VL, SmolVLM, InternVL): without it they are refused at the start. Decoding is greedy. The score is
-the product of the probabilities of the tokens chosen, the ending included: how probable the model holds this very
+the product of the probabilities of the tokens chosen, the ending included: how probable the model holds this
 sentence. An answer that does not end within its tokens or its time is an abstention.
 """
 

@@ -234,8 +234,8 @@ def _evidence(since: Mapping[str, Cues], country: str, former: str | None) -> Ev
 COMES_MPS = -2.0
 """Over ground, along our axis: what is slower may stand, and be parked on either side."""
 OPPOSITE = 0.05
-"""Sideways by forwards of who comes straight against us: in a bend of any radius R one that does so is nearer than 0.05 R, and there
-its own side of the road is still on its own side of our axis."""
+"""Sideways by forwards of a vehicle that comes straight against us. In a bend of any radius R such a vehicle is nearer than 0.05 R, and
+there its own side of the road is still on its own side of our axis."""
 
 
 def seen_to_come(track: Track, ego_mps: float | None) -> bool:

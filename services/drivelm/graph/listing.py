@@ -1,6 +1,6 @@
 """What is said of kinds and counts of objects by side: it needs the objects alone, as a graph or a file lists them.
 
-A list may miss what nobody detected: a count scores at most ``ABSENT``, and so does "No.", which is said only of kinds
+A list may miss what was not detected: a count scores at most ``ABSENT``, and so does "No.", which is said only of kinds
 and sides that were looked at. A vehicle whose make is not known is counted as a car where cars are asked for.
 """
 

@@ -24,7 +24,7 @@ def points(text: str) -> list[Point]:
 
 
 def apart_px(one: Point, other: Point) -> float:
-    """Distance along both axes together; between cameras there is none."""
+    """Distance along both axes together; infinite between cameras."""
     if one.camera != other.camera:
         return float("inf")
     return abs(one.x_px - other.x_px) + abs(one.y_px - other.y_px)

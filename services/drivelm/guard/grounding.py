@@ -1,8 +1,8 @@
 """The grounding guard: what is said of a picture counts only as far as picture, sign reader and map bear it out.
 
-Three kinds of support are weighed for each fact: how its track's answers stood the checks (`spoken`), whether the
-backend's answers depend on pictures at all (`probes`), and, beside a backend other than the embedded one, whether the
-embedded sign reader and the map agree. What lacks support loses confidence or belief, and `Fact.grounding` says why.
+Three kinds of support are weighed for each fact. Two are how its track's answers stood the checks (`spoken`), and
+whether the backend's answers depend on pictures at all (`probes`). The third, beside a backend other than the embedded
+one, is whether the embedded sign reader and the map agree. What lacks support loses confidence or belief, and `Fact.grounding` says why.
 A fact below the confidence that raising or ending a limit needs can still lower one.
 """
 

@@ -1,8 +1,8 @@
 """Does the answer depend on the picture? Now and then the same question is asked of a blank picture, or of another sign's.
 
 A backend that sees answers such a question otherwise. The first question whose answer is believed is probed, then every
-tenth, never twice in a second, and never more than a fiftieth of all pictures asked about; while the answers are not to
-be trusted, as often as second and budget allow.
+tenth, never twice in a second. No probe is made while those made exceed a fiftieth of all pictures asked about. While the
+answers are not to be trusted, probes are made as often as second and budget allow.
 """
 
 from collections import OrderedDict, deque

@@ -2,8 +2,8 @@
 
 Frames of one approach are not independent (same dirt, same angle), so each counts for less than its probability
 says, no single frame may decide alone, and belief needs frames that were clear in themselves. Frames that err do so alike
-(a lettering's 3 that looks like a 5), so that their product grows sure of what their mean leaves open: a lower number that
-they showed now and then stays as probable as it was in the mean.
+(a lettering's 3 that looks like a 5), so that their product grows sure of what their mean leaves open. A lower number that
+they showed now and then therefore stays as probable as it was in the mean.
 """
 
 import math

@@ -92,7 +92,7 @@ class SignTrack:
 
     @property
     def settled(self) -> bool:
-        """Nothing more to learn: very sure, of a thing that does not change, its plate question answered too."""
+        """Nothing more to learn: a sign, which does not change, read with 0.999 or more, its plate question answered too."""
         best, plate = self.belief(), belief(self.plate)
         plate_known = self.plate.frames >= 4 and plate.probability >= PLATE_BELIEVE
         return self.kind == "sign" and best.probability >= 0.999 and best.clear_frames >= 5 and plate_known
@@ -135,7 +135,7 @@ class SignTrack:
         return {"light": "light:off", "panel": "led:blank"}.get(self.kind, self.belief().reading)
 
     def is_behind(self, speed_mps: float | None) -> bool:
-        """Whether the ego has driven past. Without a speed nobody knows, and it counts as ahead."""
+        """Whether the ego has driven past. Without a speed this is not known, and the element counts as ahead."""
         return speed_mps is not None and self.place is not None and self.travelled_m >= self.place.distance_m
 
     def moved(self, stamp_ns: int, speed_mps: float) -> "SignTrack":

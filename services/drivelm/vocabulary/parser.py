@@ -1,9 +1,9 @@
 """From what the front end said to typed statements: a closed grammar, allow-lists, and otherwise abstention.
 
-Answers are text from outside (a network's or a language model's words about the world) and are trusted with nothing:
-a sentence either matches one known form from its first to its last letter, with a number that signs of the country
-can show in the unit that the country uses, or it says nothing. So no text can invent a limit, and above all no text
-can raise one: two numbers, instructions, other units, huge numbers, spelled-out or exotic digits all abstain.
+Answers are text from outside (a network's or a language model's words about the world) and are trusted with nothing.
+A sentence says something only where it matches one known form from its first to its last letter. A number in it has to
+be one that signs of the country can show, in the unit that the country uses. So no text can invent a limit, and above
+all no text can raise one: two numbers, instructions, other units, huge numbers, spelled-out or exotic digits all abstain.
 """
 
 import re

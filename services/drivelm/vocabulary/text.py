@@ -20,6 +20,6 @@ def _allowed(char: str) -> bool:
 
 
 def number_in(text: str) -> int | None:
-    """The number that a text is, in plain digits. Other scripts' digits, which `int` would read or stumble over, are none."""
+    """The number that a text is, in plain digits, else `None`. Digits of other scripts do not count: `int` would read them or fail."""
     plain = text.isascii() and text.isdigit() and len(text) <= _MOST_DIGITS
     return int(text) if plain else None

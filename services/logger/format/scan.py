@@ -85,7 +85,7 @@ def chunk(data: Buffer, where: Frame) -> Payload:
 
 
 def split(payload: bytes) -> Iterator[tuple[int, container.Stored]]:
-    """The records of an uncompressed chunk with their places in it. Raises Unreadable at the first that is none."""
+    """The records of an uncompressed chunk with their places in it. Raises Unreadable at the first part that is not a record."""
     at = 0
     while at < len(payload):
         where = frame(payload, at)

@@ -66,7 +66,7 @@ def query(head: str) -> tuple[bytes, int]:
 
 
 def refusal(answer: bytes, head: str, nonce: int) -> str:
-    """Why an authority's answer is no stamp of this head for this request; empty: it is one, by whomever."""
+    """Why an authority's answer is not a stamp of this head for this request; empty: it is one, whatever its signer."""
     from rfc3161_client import decode_timestamp_response
 
     try:

@@ -21,7 +21,7 @@ class Found(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Difference(msgspec.Struct, frozen=True, kw_only=True):
-    """The first bad record; `found` is None where the file ends before it."""
+    """The first bad record; `found` is `None` where the file ends before it."""
 
     what: What
     entry: chain.Entry

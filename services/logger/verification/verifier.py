@@ -305,7 +305,7 @@ class Walk:
     def _stored_link(self, at: int, *, number: int | None = None) -> bytes:
         """The first whole, signed chain record behind byte `at` that is not one of those read; empty without one.
 
-        It is found by its text, wherever it stands. `number`: that very one.
+        It is found by its text, wherever it stands. `number`: exactly the one of this number.
         """
         starts = [(int(match[1]), match.start()) for match in _LINK_START.finditer(self._mapped, at)]
         for (n, start), (_, end) in pairwise([*starts, (0, len(self._data))]):

@@ -1,7 +1,7 @@
 """Heads kept elsewhere: signed lines appended to a file that the drive's folder does not hold.
 
-A file that only grows, on another disk or another machine, shows a tail that was cut and a whole log that was taken away,
-even to a reader of the log's folder that somebody with write access to all of it has put in order again.
+A file that only grows, on another disk or another machine, shows a tail that was cut and a whole log that was taken away.
+It does so even where a person with write access to all of the log's folder has put that in order again.
 """
 
 import os

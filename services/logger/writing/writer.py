@@ -81,7 +81,7 @@ class Tally(msgspec.Struct, kw_only=True):
 
 
 class Listener(Protocol):
-    """Who is told, on a thread beside the writer's."""
+    """Receives what happens to the log, on a thread beside the writer's."""
 
     def sealed(self, head: ChainHead, n: int) -> None:
         """A flush is in the file."""

@@ -31,8 +31,8 @@ CLOSER = 1.5
 """A camera with this many times the focal length sees what is small here well enough to be the judge of it."""
 SAME_OVERLAP, SURELY = 0.7, 0.9
 """Intersection over union of two boxes of one body, and the score from which a vehicle is one whatever else it looks like. In 24
-recorded drives 34 of the 7,936 boxes of people on foot lie so on the box of such a vehicle, or of a surer one (25 of them
-where there is a vehicle as well); of other boxes of people 876 do, most of them of motorcyclists."""
+recorded drives 34 of the 7,936 boxes of people on foot lie so on the box of such a vehicle, or of a surer one; for 25 of them
+there is a vehicle as well. Of other boxes of people 876 do, most of them of motorcyclists."""
 TOO_TALL = 1.3
 """Times the tallest of its class: on a road that rises by one in a hundred, a person at 40 m seems 1.4 times as tall."""
 

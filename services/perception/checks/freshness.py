@@ -71,7 +71,8 @@ class Stamps:
         """Whether to use this picture; `beside_ns`: the latest stamps of what is no camera.
 
         The camera that `leads` is believed as long as its own pictures follow each other, and after a jump once they
-        have done so for a second. Any other must agree with somebody, unless nothing else came since its last picture.
+        have done so for a second. Any other must agree with another source, unless nothing else came since its last
+        picture.
         """
         others = (*beside_ns, *(told_ns for name, told_ns in self._told_ns.items() if name != camera_id))
         by_itself = leads or self._others_ns.get(camera_id) == others

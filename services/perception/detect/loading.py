@@ -1,13 +1,13 @@
 """Opens a detector model: which kind it is, its outputs tell.
 
-| outputs | kind | picture |
-|---|---|---|
-| `heat` and `sides_px` | our own centre-point net | uint8 RGB |
-| one, (1, cells, 85), boxes as offsets in cells | `yolox`, as its publisher exports it | BGR 0..255 |
-| one, (1, cells, 85), boxes in pixels, scores in 0..1 for pictures in 0..255 alone | `yolox-decoded`: in the graph | BGR 0..255 |
-| one, (1, cells, 85), boxes in pixels, objectness 1 everywhere, or scores in 0..1 for pictures in 0..1 alone | `yolov6` style | RGB 0..1 |
-| one, (1, 3 x cells, 85) | `yolov5` style | RGB 0..1 |
-| one, (1, 84, cells) | `yolov8` style | RGB 0..1 |
+Outputs, kind and picture:
+
+- `heat` and `sides_px`: our own centre-point net, uint8 RGB
+- one, (1, cells, 85), boxes as offsets in cells: `yolox`, as its publisher exports it, BGR 0..255
+- one, (1, cells, 85), boxes in pixels, scores in 0..1 for pictures in 0..255 alone: `yolox-decoded`, decoded in the graph, BGR 0..255
+- one, (1, cells, 85), boxes in pixels, objectness 1 everywhere, or scores in 0..1 for pictures in 0..1 alone: `yolov6` style, RGB 0..1
+- one, (1, 3 x cells, 85): `yolov5` style, RGB 0..1
+- one, (1, 84, cells): `yolov8` style, RGB 0..1
 
 `cells` are the places at strides 8, 16 and 32. 85 is a box, an objectness and COCO's 80 classes; 84 has no objectness. The model is
 run on a grey picture in 0..1 and in 0..255. Centres in pixels reach across the picture, offsets do not; scores have to lie in 0..1 for the

@@ -37,7 +37,7 @@ class Placed:
 def place(track: Track, model: LaneModel, ego_mps: float | None = None) -> Placed:
     """The track with lane id, whether its body reaches into the ego's path, and whether its lane is an oncoming one.
 
-    With the ego's speed unknown, everybody may be rolling, and a noisy lateral speed counts in full.
+    With the ego's speed unknown, every road user may be rolling, and a noisy lateral speed counts in full.
     """
     lane = model.lane_of(track.x_m, track.y_m)
     along, left = model.ego.place(track.x_m, track.y_m)
@@ -81,7 +81,7 @@ def _reaches(track: Track, aside_m: float, clearance_m: float, ego_mps: float | 
 
 
 def lead_of(placed: Sequence[Placed]) -> int | None:
-    """The track id of the next vehicle or cyclist going our way in our path; None where there is none."""
+    """The track id of the next vehicle or cyclist going our way in our path; `None` without one."""
     ahead = [
         each
         for each in placed

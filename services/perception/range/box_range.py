@@ -30,8 +30,9 @@ SIDES_RETURNS, SIDE_QUANTILE = 8, 0.05
 """So many returns tell how broad a thing is; the outermost of them may be another's."""
 AGREEMENT_SIGMAS = 3.0
 LONELY_SIGMA_M, HIDDEN_MORE_M = {1: 0.3, 2: 0.1}, {1: 0.7, 2: 0.2}
-"""One or two returns may come from something else in the box: from a whole vehicle seven single ones in a thousand were more than 2 m
-off, of 1,662, the others by 0.1 m; from one that is hidden in part one in twenty to one in two, and about as many from two returns."""
+"""One or two returns may come from something else in the box. Of 1,662 single returns from a whole vehicle seven in a thousand were more
+than 2 m off, the others by 0.1 m. From a vehicle that is hidden in part one in twenty to one in two were, and about as
+many from two returns."""
 SHOWN_M = 1.3
 """A vehicle of which less than this width shows is hidden in part, by something that has no box."""
 BOTTOM_SIGMA_PX = 1.5

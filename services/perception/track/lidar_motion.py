@@ -1,9 +1,9 @@
 """Moving objects by LiDAR alone: returns where rays passed freely a moment ago.
 
 A car that comes from the side, on a course that meets ours, stays under one bearing, and that is often wider than the front
-camera's view. Two sweeps some tenths of a second apart show it: free space that is taken since can only be taken by who
-moved there, while houses, hedges and the shadows that things throw prove nothing and are passed over.
-Who is seen so in three sweeps has a velocity, if the two earlier ones agree on it.
+camera's view. Two sweeps some tenths of a second apart show it: free space that is taken since can only be taken by an
+object that moved there. Houses, hedges and the shadows that things throw prove nothing and are passed over.
+An object that is seen so in three sweeps has a velocity, if the two earlier ones agree on it.
 """
 
 from __future__ import annotations
@@ -61,8 +61,8 @@ PART_M = 0.6
 LEAST_AGREE = 2
 """Of sweeps: in one alone rain may have hidden a part of it."""
 EDGE_SIGMA_M = 0.22
-"""How well the way of its edges is known from one sweep to another: mostly to 0.03 m, but where rain hides its leading end in one of
-them, by up to `PART_M` and the returns' scatter less, which is three of these."""
+"""How well the way of its edges is known from one sweep to another: mostly to 0.03 m. Where rain hides its leading end in one of
+them, the way is off by up to `PART_M` and the returns' scatter, which is three of these sigmas."""
 
 Mask = NDArray[np.bool_]
 Pose = tuple[float, float, float]
@@ -94,7 +94,7 @@ class LidarMotion:
     def step(self, stamp_ns: int, points: Floats, ego: EgoState) -> tuple[Sighting, ...]:
         """Moving vehicles in a sweep: returns (N, 3 or more) in the ego frame of its instant, in metres, as `open_sweep` gives them.
 
-        With the ego's motion unknown there are none: standing things would seem to move.
+        With the ego's motion unknown the result is empty: standing things would seem to move.
         """
         if ego.speed_mps is None or ego.yaw_rate_radps is None:
             self._past.clear()

@@ -51,7 +51,7 @@ class Tracked(msgspec.Struct, frozen=True, eq=False):
     """When its range was last taken from what was seen, not from where it was expected."""
     hits: int = 1
     sure: float = 0.0
-    """Mean score of late, pictures without it as 0."""
+    """Mean score recently, pictures without it as 0."""
     confirmed: bool = False
     """It was sure enough to be published."""
     ranges: int = 0

@@ -22,8 +22,8 @@ known by that."""
 ACROSS_SIGMA_SHARE = 0.04
 CUT_SIGMA_SHARE, HIDDEN_SIGMA_SHARE = 0.5, 0.2
 """Of its width: how well a side that shows tells where the middle of a body is that the picture's end cuts off, or at a measured range
-another one hides (of 1,900 parked cars 0.15 m in the median, nine in ten by less than 0.5 m). What comes into the picture grows, and
-seems to cut in."""
+another one hides. Of 1,900 parked cars the middle is off by 0.15 m in the median, in nine of ten by less than 0.5 m. A body that
+comes into the picture grows, and seems to cut in."""
 NARROW_SHARE = 0.75
 """Of its width: a vehicle of which less shows, at a measured range, is hidden by something that has no box, on an unknown side."""
 WIDEST_PERSON_M = 0.8

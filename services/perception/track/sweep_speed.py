@@ -69,7 +69,7 @@ def fix_before(estimate: Estimate, fix: Fix, sweeps: Sweeps) -> Fix | None:
 
 
 def _near_end(points: Floats, x_m: float, y_m: float, slack_m: float) -> tuple[float, float] | None:
-    """How far ahead the nearest return there is, and its sigma; None where there is none, or something goes on before it."""
+    """How far ahead the nearest return there is, and its sigma; `None` without one, or where something goes on before it."""
     aside = np.abs(points[:, 1] - y_m) < HALF_WIDTH_M
     body = (points[:, 2] > ABOVE_M[0]) & (points[:, 2] < ABOVE_M[1])
     ahead = points[aside & body & (np.abs(points[:, 0] - x_m + FREE_M / 2) < slack_m + FREE_M / 2), 0]

@@ -56,8 +56,8 @@ SHOWN_CONFIDENCE = 0.1
 """Tracks less sure than this are not published; they keep their id until they end."""
 BREAK_S = 0.5
 LEAP_MPS, LEAP_ACROSS_MPS = 3.0, 1.5
-"""Who was unseen for longer is seen anew, and so is one whose speed a single fix changed by more, or told: of small vehicles that are
-partly hidden one range in eight is of something else, and one of those was taken for a speed of 20 m/s."""
+"""A road user that was unseen for longer is seen anew, and so is one whose speed a single fix changed by more, or told. Of small
+vehicles that are partly hidden one range in eight is of something else, and one of those was taken for a speed of 20 m/s."""
 UNKNOWN_MPS = 8.0
 """One sigma of a new vehicle's speed, beside the ego's own speed: half as much of the latter drew oncoming vehicles, known by
 guessed ranges alone, 10 m/s towards standing."""
@@ -71,8 +71,8 @@ NOISE: dict[ActorClass, Noise] = {
 }
 ACCELERATION_SMOOTHING_S = 0.6
 SPEED_KNOWN_MPS, MOST_MPS2 = 1.2, 9.0
-"""While a speed is less sure than the first (sigma), its changes are the filter's learning, not the road user's doing; beyond the
-second they are nobody's: tyres do not give it."""
+"""While a speed is less sure than the first (sigma), its changes are the filter's learning, not the road user's doing. Changes
+beyond the second are not a road user's either: tyres do not give so much."""
 ONCOMING_MPS = -2.0
 BODY_SMOOTHING = 0.15
 DUPLICATE_M = (2.5, 1.0)
@@ -328,8 +328,9 @@ def _heading(ground_vx: float | None, vy: float, oncoming: bool) -> float:
 def _middle(track: Tracked, heading_rad: float) -> tuple[float, float]:
     """Half its extent along our axis behind the near surface, and aside by as much as it stands askew to us.
 
-    In bends the middle of who is beside our axis lies aside of the end that shows, by half its length along its own axis, or less
-    where its flank shows too: then it lies behind what shows. Who is right ahead shows both of his sides, and their middle is his.
+    In bends the middle of a road user beside our axis lies aside of the end that shows, by half its length along its own axis, or
+    less where its flank shows too: then it lies behind what shows. A road user right ahead shows both of its sides, and the
+    middle between them is its own.
     """
     near_m, left_m = track.estimate.mean[:2].tolist()
     ahead, aside = math.cos(heading_rad), math.sin(heading_rad)

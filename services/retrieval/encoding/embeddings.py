@@ -24,7 +24,7 @@ def stored_path(folder: Path, encoder: str) -> Path:
 
 
 def read_stored(folder: Path, encoder: str, texts: tuple[Text, ...]) -> Vectors | None:
-    """The stored rows, or None where there are none, they were made of other texts, or some are no numbers."""
+    """The stored rows, or `None` where they are missing, were made of other texts, or hold numbers that are not finite."""
     try:
         content = read_regular(stored_path(folder, encoder), MAX_BYTES)
         with np.load(io.BytesIO(content), allow_pickle=False) as stored:

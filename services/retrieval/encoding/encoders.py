@@ -27,7 +27,7 @@ class Encoder(Protocol):
     """Turns texts into unit vectors whose dot product is the cosine. Safe to call from several threads."""
 
     name: str
-    """With the version: embeddings of one are of no use to another."""
+    """With the version: embeddings of one cannot be compared with another's."""
     floor: float
     """The cosine of texts that have nothing to do with each other; cosines are stretched from here to 1."""
 
@@ -109,7 +109,7 @@ def _clean(name: str) -> str:
 
 
 def _fingerprint(folder: Path) -> str:
-    """Of all files: embeddings by other weights are of no use."""
+    """Of all files: embeddings by other weights cannot be compared."""
     content = hashlib.sha256()
     for path in sorted(path for path in folder.rglob("*") if path.is_file()):
         content.update(path.relative_to(folder).as_posix().encode())

@@ -42,7 +42,7 @@ class Terms:
         return self._terms[here] + np.uint32(self._first), self._values[here]
 
     def of_question(self, words: str) -> Sparse:
-        """Its known terms; empty where there is none."""
+        """Its known terms; empty without any."""
         counts = self._counted(words)
         terms = np.fromiter(counts, dtype=np.uint32, count=len(counts))
         repeats = np.fromiter(counts.values(), dtype=np.float32, count=len(counts))

@@ -54,7 +54,7 @@ _LINKS = {"de": ("", "s", "es", "n", "en", "er", "e"), "nl": ("", "s", "en", "e"
 """What joins the parts of a compound, in the languages that write them as one word."""
 SHORTEST_PART = 4
 SHORTEST_HEAD = 6
-"""From this length on a last part counts though nobody knows what stands before it."""
+"""From this length on a last part counts even if what stands before it is not known."""
 SHORTEST_MENDED = 5
 MENDED_SHARE = 0.75
 ALIKE = 84.0

@@ -72,7 +72,7 @@ class Index:
 
     @property
     def memory(self) -> "Index":
-        """What answers by BM25 where an engine does not: itself, where there is none."""
+        """What answers by BM25 where an engine does not: without an engine, the index itself."""
         return self
 
     def tongues(self, language: str) -> frozenset[str]:
@@ -82,7 +82,7 @@ class Index:
         return frozenset(name for name, text in every.items() if text.corpus not in spoken or text.language == language)
 
     def known_share(self, words: str, language: str) -> float:
-        """How much of a question is in words of the passages of its language; of any, where there are none."""
+        """How much of a question is in words of the passages of its language; of any language, where its own has no passages."""
         shelves = [self.shelves[language]] if language in self.shelves else self.shelves.values()
         return max((shelf.known_share(words) for shelf in shelves), default=0.0)
 
@@ -139,7 +139,7 @@ class Index:
 
 
 def _kinds(texts: Sequence[Text]) -> tuple[list[Text], Places]:
-    """One text of each kind that a filter tells apart, and each text's kind: filters look at few, not at all."""
+    """One text of each kind that a filter distinguishes, and each text's kind: filters look at few texts, not at all of them."""
     kinds: dict[object, int] = {}
     first: list[Text] = []
     kind_of = np.empty(len(texts), dtype=np.intp)

@@ -1,1 +1,1 @@
-"""For whoever writes rulepacks: the commands of `drivemcp rulepack`."""
+"""For authors of rulepacks: the commands of `drivemcp rulepack`."""

@@ -127,7 +127,7 @@ def _table(body: Element, heads: Iterable[tuple[str, str]]) -> Element:
 
 
 def _marked(left: Element, right: Element, before: str, after: str) -> None:
-    """Words that only one side has, marked where both sides have any; very long texts stand as they are."""
+    """Words that only one side has, marked where both sides have any; texts of more than `_LONGEST` tokens stand as they are."""
     was, now = (_TOKEN.findall(_visible(text)) for text in (before, after))
     if not was or not now or max(len(was), len(now)) > _LONGEST:
         left.text, right.text = "".join(was), "".join(now)

@@ -1,4 +1,4 @@
-"""For whoever edits a pack: finds the offsets of every text again and writes the content hash.
+"""For editors of a pack: finds the offsets of every text again and writes the content hash.
 
 In a source document each text is the paragraph below a heading that ends in its id: `## StVO § 3 Abs. 1 [deu-speed-adapt]`.
 """

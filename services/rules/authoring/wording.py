@@ -80,7 +80,7 @@ def value(effect: Effect) -> str:
 
 
 def conditions(when: When) -> str:
-    """`on motorways, for lorries above 7.5 t, when wet`; empty where there is none."""
+    """`on motorways, for lorries above 7.5 t, when wet`; empty without conditions."""
     hours = f"from {when.hours[0]:g} to {when.hours[1]:g} h" if when.hours else ""
     parts = (
         _listed(when.road_types, ROADS),

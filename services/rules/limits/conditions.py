@@ -89,7 +89,7 @@ def known_hour(time_of_day_h: float | None) -> float | None:
 
 
 def plate_holds(plate: Plate | None, text: str, situation: Situation) -> Holds:
-    """Whether the sign above a plate is in force; a plate of which nobody knows what it says may hold."""
+    """Whether the sign above a plate is in force; a plate may hold where it is not known what it says."""
     if plate is None:
         return "maybe"
     if plate.type == "wet":

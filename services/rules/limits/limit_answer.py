@@ -62,7 +62,7 @@ def _parts(pack: Pack) -> tuple[str, ...]:
 
 
 PARTS_DIFFER = 0.9
-"""Factor where the limit is lower in some part of the country, and nobody knows the part."""
+"""Factor where the limit is lower in some part of the country, and the part is not known."""
 _BASIS = {"temporary": "posted", "uncertain": "posted", "cap": "default"}
 
 

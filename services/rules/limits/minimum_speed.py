@@ -1,4 +1,4 @@
-"""The speed that the law asks not to go below: told beside the limit, and no reason for anybody to drive faster."""
+"""The speed that the law asks not to go below: told beside the limit, and no reason for a driver to drive faster."""
 
 from domain.units import to_mps
 from proto.rules import Situation

@@ -52,7 +52,7 @@ def lookup_rule(
 ) -> RulesAnswer:
     """The best passages, and what they demand; contradictions by kind of text, then the most careful.
 
-    `retrieved` is None where retrieval did not answer; where it knows none of the packs' texts it is as good as silent.
+    `retrieved` is `None` where retrieval did not answer; where it knows none of the packs' texts it is as good as silent.
     """
     passages = None if retrieved is None else retrieved.passages
     here = normal_jurisdiction(jurisdiction)

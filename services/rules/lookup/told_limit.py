@@ -1,4 +1,4 @@
-"""The one limit that a provision answers a question with; none where it hangs on what the question does not say."""
+"""The one limit that a provision answers a question with; no limit where that depends on what the question does not say."""
 
 from collections.abc import Set
 from itertools import product

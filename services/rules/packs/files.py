@@ -1,4 +1,4 @@
-"""A pack's folder read once: what is hashed is what is decoded, even while somebody writes into the folder."""
+"""A pack's folder read once: what is hashed is what is decoded, even while another program writes into the folder."""
 
 import json
 import re
@@ -90,7 +90,7 @@ def decoded(files: Files, name: str, kind: Any) -> tuple[Any, tuple[Problem, ...
 
 
 def decoded_list(files: Files, name: str, kind: type[T]) -> tuple[list[T | None], tuple[Problem, ...]]:
-    """A file of entries; one that does not fit is None in its place, each with what is wrong with it."""
+    """A file of entries, and what is wrong with each that does not fit; such an entry is `None` in its place."""
     raw, problems = decoded(files, name, list[Any])
     found: list[T | None] = []
     told = list[Problem](problems)

@@ -23,7 +23,7 @@ UNUSUAL_VALUE = 0.5
 PRESUMED = 0.8
 """Factor where a sign is taken to bind the vehicle, which is not known."""
 SHOWN = (5.0, 140.0)
-"""What a sign can show as a limit, in its own unit; any other number is none."""
+"""What a sign can show as a limit, in its own unit; any other number is not a limit."""
 CAREFUL: tuple[LegalAction, ...] = (
     "stop", "no_entry", "yield", "reduce_speed", "comply_with_limit", "no_overtaking", "proceed_with_care", "unknown",
     "none", "proceed",
@@ -108,7 +108,7 @@ def _interpret(book: RuleBook, question: SignQuestion, text: str) -> SignMeaning
 
 
 def _doubted(book: RuleBook, found: list[tuple[Pack, SignMeaning]], here: str | None, language: str) -> SignMeaning:
-    """Where nobody knows whose sign it is: the most careful of all meanings, of equals the fallback's."""
+    """Where it is not known whose sign it is: the most careful of all meanings, of equals the fallback's."""
     chosen = min(found, key=lambda each: (*_care(each[1]), not is_fallback(each[0])))[1]
     packs = named_packs(book, [pack for pack, _ in found], language)
     why = (
@@ -174,7 +174,7 @@ def _meaning(
 
 
 def _bound(sign: Sign, question: SignQuestion) -> tuple[Binding, bool, str]:
-    """Whom the sign binds, whether it is taken to bind this vehicle, and the phrase that says why in doubt."""
+    """Which vehicles the sign binds, whether it is taken to bind this vehicle, and the phrase that says why in doubt."""
     binding, mine = BINDINGS.get(sign.code, _EVERYBODY), question.vehicle_class
     if binding is _EVERYBODY or mine in binding.surely:
         return binding, binding is not _EVERYBODY, ""

@@ -34,7 +34,7 @@ class Reading(msgspec.Struct, frozen=True):
 def parse_reading(text: str) -> Reading:
     """`limit:50` → code `limit`, value 50; `plate:when_wet:de` → code `plate:when_wet`, word `de`. Never raises.
 
-    Codes and numbers are plain ASCII; what only looks like one (other scripts' letters and digits) is none.
+    Codes and numbers are plain ASCII; what only looks like one (other scripts' letters and digits) does not count.
     """
     if not text.isascii():
         return Reading("")
@@ -51,7 +51,7 @@ def parse_reading(text: str) -> Reading:
 def hours_of(text: str) -> tuple[tuple[float, float], ...]:
     """The times on a plate: `22-6 h` → ((22, 6),), `7:30-8:30, 4-6 PM` → ((7.5, 8.5), (16, 18)).
 
-    Empty where there are none, or where anything stands beside them that is not understood: then the sign may be in force.
+    Empty without times, or where anything stands beside them that is not understood: then the sign may be in force.
     """
     spans: list[tuple[float, float]] = []
     start = _PLATE.match(text)

@@ -11,7 +11,7 @@ _LARGE: tuple[VehicleClass, ...] = (*_GOODS, *_VANS, "car_trailer", "bus", "coac
 
 
 class Binding(msgspec.Struct, frozen=True, kw_only=True):
-    """Whom a sign binds, and to what."""
+    """Which vehicles a sign binds, and to which action."""
 
     action: LegalAction
     surely: tuple[VehicleClass, ...] = ()

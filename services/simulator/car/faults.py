@@ -1,9 +1,9 @@
 """Fault scenarios as a table: each breaks something in the car, sets its trouble codes and lights its lamps, so that
 frames, diagnostics and driving agree. Sensor faults stand in the same table: they break what is told, not the car.
 
-Some set no code, as in real cars: hot discs are not measured by usual units, worn linings have a flag of their own
-(UN R13-H, 5.2.11.2), stability control that the driver switched off is no fault, and for lamps and wipers the standard
-has no code, makers have their own.
+Some set no code, as in real cars: hot discs are not measured by usual units, and worn linings have a flag of their own
+(UN R13-H, 5.2.11.2). Stability control that the driver switched off is not a fault. For lamps and wipers the standard
+has no code; makers have their own.
 """
 
 import tomllib

@@ -230,8 +230,9 @@ def _wheel_speeds(speed_mps: float, controls: Controls, lacking: Four) -> Four:
 
 
 def _slip(used: float, mu: float) -> float:
-    """Slip at which a tyre gives this share of its grip, by the brush model (Pacejka, Tire and Vehicle Dynamics, ch. 3):
-    the stiffness belongs to the tyre and not to the road, so a slippery road shows in the slip only once it is strained.
+    """Slip at which a tyre gives this share of its grip, by the brush model (Pacejka, Tire and Vehicle Dynamics, ch. 3).
+    The stiffness belongs to the tyre and not to the road, so a slippery road shows in the slip only once the tyre is
+    strained.
     """
     slip: float = 3.0 * mu / TYRE_STIFFNESS * (1.0 - (1.0 - used) ** (1.0 / 3.0))
     return min(0.12, slip)

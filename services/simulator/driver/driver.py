@@ -56,7 +56,7 @@ class Advice:
     slow: bool = False
     """Whether it tells him to slow down to that, not only that it comes."""
     seen: bool = False
-    """Whether the target is for somebody, or a place to give way at, whom or which he sees before him."""
+    """Whether the target is for a road user, or a place to give way at, that the driver sees ahead."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -301,8 +301,8 @@ class Driver:
         return self._dice.says(chance, 2, *sign)
 
     def _read(self, limit_mps: float | None) -> None:
-        """A sign's limit holds for him from now on: what he was told of the road before it is over, a warning is not, nor
-        what was announced of a sign that he has yet to pass; to what he was told of this one he keeps."""
+        """A sign's limit holds for the driver from now on. What was said of the road so far is over, except for warnings
+        and for what was announced of a sign still to be passed. The driver keeps to what was announced of this sign."""
         self.believed_mps, self._overlooked = limit_mps, None
         self._beliefs.clear()
         self._standing = [each for each in self._standing if each.warns or each.announces_mps is not None]

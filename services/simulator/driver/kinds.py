@@ -1,4 +1,4 @@
-"""Kinds of drivers: the one of the seed, one who does nothing, and the populations of `drivemcp evaluate population`.
+"""Kinds of drivers: the one of the seed, one that does nothing, and the populations of `drivemcp evaluate population`.
 
 All but the absent one are the driver of the seed, changed in this:
 

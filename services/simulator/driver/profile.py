@@ -8,10 +8,10 @@ What is drawn, and from where (a, b of a beta; mean, spread of a normal):
   US design value.
 - Habitual speed in ratio to the believed limit: normal, 1.0 and 0.11. Of cars on British motorways in 2022 45 % were
   above the limit and 8 % by 10 mph or more, on 30 mph roads 50 % and 5 % (Department for Transport, Vehicle speed
-  compliance statistics): that is a mean of 0.99 with a spread of 0.11, and 1.0 with 0.20; of the two the smaller.
+  compliance statistics). That is a mean of 0.99 with a spread of 0.11, and 1.0 with 0.20; the smaller spread is taken.
 - Signs noticed: mean 0.70. A speed limit sign just passed is recalled by 63 to 73 % of drivers (Schirokoff and Luoma
   2005), the limit on a road known by 74 % (Cameron 1980, TRRL SR 608). How much drivers differ is ours.
-- Lines missed: mean 0.05, ours. One in five drivers says that he ran one or more of his last ten red lights (Porter and
+- Lines missed: mean 0.05, ours. One in five drivers admits to running one or more of the last ten red lights (Porter and
   Berry 2001, Accid. Anal. Prev. 33), which is about 0.02 a light; at stop signs it is more.
 - Headway: normal, 1.4 and 0.3 s, ours; in dense traffic drivers keep 1 to 2 s at all speeds (Ayres et al. 2001, IEEE
   Intell. Transp. Syst. Conf.).
@@ -20,9 +20,9 @@ What is drawn, and from where (a, b of a beta; mean, spread of a normal):
 - Looking away: every 15 to 40 s, for 1 to 3 s in the mean, ours; off-road glances beyond 1.7 s are what parts crashes
   and near-crashes from normal driving (Liang, Lee and Horrey 2014, Proc. Hum. Factors Ergon. Soc. 58(1)).
 - Compliance with a message: mean 0.88, ours. Published trials of speed assistance tell how often it is overridden and by
-  whom, not how often a spoken word is followed. It is drawn once for each limit and each other topic, for all of a drive.
+  which drivers, not how often a spoken word is followed. It is drawn once for each limit and each other topic, for all of a drive.
 
-Independent of each other, which is ours too: who drives fast overrides more (Lai and Carsten 2012).
+Independent of each other, which is ours too: drivers who drive fast override more (Lai and Carsten 2012).
 """
 
 import math
@@ -55,7 +55,7 @@ class DriverProfile:
     wet_slowdown: float = 0.97
     """What he makes of a wet road by himself: too little."""
     unready_mps2: float = -2.5
-    """What he does, at most, about somebody ahead before he has reacted."""
+    """The hardest that the driver brakes for a vehicle ahead before having reacted."""
     brakes_mps2: float = math.inf
     """How hard he brakes at most."""
     glance_s: float = 0.0

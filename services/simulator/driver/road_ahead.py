@@ -19,7 +19,7 @@ KEEPS_FROM_PEOPLE_M = 2.0
 WAITS_S = 5.0
 """Drivers let pass who would be in their way within this time."""
 EGO = 0
-"""The ego's number among those who stand at lines; cars count from 1."""
+"""The ego's number among the cars that stand at lines; the others count from 1."""
 
 
 @dataclass(slots=True)
@@ -72,7 +72,7 @@ class RoadAhead:
         return abs(d - self.ego.lane.line.offset_at(s)) < (car.WIDTH + self.ego.WIDTH) / 2 + PATH_MARGIN_M
 
     def person_m(self) -> float | None:
-        """Distance to somebody who crosses the ego's way or will soon, on foot or out of a side road."""
+        """Distance to a road user that crosses the ego's way or will soon, on foot or out of a side road."""
         person = person_ahead_m(self.crossing, self.front_m, self.lane_d_m, True)
         cars = [car.s_m - 1.0 - self.front_m for car in self.cross.cars if car.seen and self._comes(car)]
         ahead = [max(each, 0.05) for each in cars if -0.5 < each < SEES_LINE_M]

@@ -17,7 +17,7 @@ from services.simulator.ecus.transport import FUNCTIONAL_11, FUNCTIONAL_29, Line
 
 NS = 1_000_000_000
 SILENT_FOR_ALL = frozenset({NOT_SUPPORTED, 0x12, OUT_OF_RANGE, 0x7E, NOT_IN_SESSION})
-"""Negative answers that a unit keeps to itself when everybody was asked (ISO 14229-1)."""
+"""Negative answers that a unit keeps to itself when all units were asked (ISO 14229-1)."""
 SESSION_NS = 5 * NS
 """An extended session ends so long after the last request (S3, ISO 14229-2)."""
 RESTART_NS = 300_000_000

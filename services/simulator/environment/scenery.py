@@ -54,7 +54,7 @@ def _parking_places(route: Route, stretch: StretchPlan, start: float, end: float
 
 
 def _kept_free(route: Route, s_m: float) -> bool:
-    """No parking before lights, crossings and signs, nor where somebody will step out (one must be able to see him)."""
+    """No parking before lights, crossings and signs, nor where a person will step out (drivers must be able to see the person)."""
     plan = route.scenario
     lines: tuple[PlacedPlan, ...] = (*plan.lights, *plan.stops, *plan.zebras)
     places = [(line.at_m, 22.0) for line in lines] + [(each.at_m, OPEN_CORNER_M) for each in plan.yields]
@@ -190,7 +190,7 @@ def _clear(route: Route, thing: Scenery) -> bool:
 
 
 def _hides_a_sign(route: Route, thing: Scenery, s_m: float, d_m: float) -> bool:
-    """Whether leaves would stand between a sign and those who come towards it, as no road keeper lets them."""
+    """Whether leaves would stand between a sign and the drivers that come towards it, which no road keeper allows."""
     plan, crown = route.scenario, {"tree": 4.5, "conifer": 4.0, "hedge": 1.5}.get(thing.kind)
     if crown is None or abs(d_m) > route.kerb_m(s_m) + crown:
         return False

@@ -24,7 +24,7 @@ def person_ahead_m(
 
 
 def enters(person: Person, lane_d_m: float) -> bool:
-    """Whether somebody who crosses is in a lane, or will be within ``SOON_S``."""
+    """Whether a person that crosses is in a lane, or will be within ``SOON_S``."""
     beside = lane_d_m - person.d_m
     if abs(beside) <= CORRIDOR_HALF_M:
         return True

@@ -53,7 +53,7 @@ class Surroundings:
 
 
 def populate(scenario: Scenario, kerb: Kerb, near: Callable[[float], float], seed: int) -> tuple[Person, ...]:
-    """Everybody at the start; `near(s)` is the sign of d on the side on which one drives."""
+    """All people at the start; `near(s)` is the sign of d on the side on which one drives."""
     chance = np.random.default_rng([seed, 11])
     people: list[Person] = []
     for walkers in scenario.walkers:

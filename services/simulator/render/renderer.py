@@ -54,7 +54,7 @@ class Renderer:
         return np.frombuffer(data, dtype=np.uint8).reshape(camera.height_px, camera.width_px, 3)
 
     def close(self) -> None:
-        """Free the graphics context; the renderer is of no use afterwards."""
+        """Free the graphics context; the renderer cannot draw afterwards."""
         self._resources.close()
 
     def _cast(self, scene: Scene, camera: CameraSpec) -> Cast:

@@ -18,7 +18,7 @@ POST_FROM_KERB_M = 0.55
 
 
 def build_signs(route: Route, seed: int) -> tuple[SignPost, ...]:
-    """Every post, facing those who drive forward."""
+    """Every post, facing the traffic that drives forward."""
     plans = list(route.scenario.signs)
     plans += [SignPlan(at_m=stop.at_m - 0.5, codes=("stop",)) for stop in route.scenario.stops]
     plans += [SignPlan(at_m=each.at_m - 0.5, codes=("yield",)) for each in route.scenario.yields if each.sign]

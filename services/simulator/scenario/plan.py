@@ -131,7 +131,7 @@ class CrossCarPlan(_Plan, frozen=True, kw_only=True):
     when_ego_within_m: Positive
     """Sets off when the ego's front is this near to the line."""
     halts_mps2: Annotated[float, msgspec.Meta(gt=0, le=6)] | None = None
-    """Brakes so and halts a metre before the ego's road: it lets everybody pass."""
+    """Brakes so and halts a metre before the ego's road: it lets all traffic pass."""
 
 
 class YieldPlan(PlacedPlan, frozen=True, kw_only=True):

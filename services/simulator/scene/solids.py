@@ -1,4 +1,4 @@
-"""Still objects at the road, as boxes that LiDAR meets: houses and trunks, posts as thin as they are, and what hangs on them."""
+"""Still objects at the road, as boxes that LiDAR meets: houses and trunks, posts as thin as they are, and what is fixed to them."""
 
 import math
 from collections.abc import Iterator

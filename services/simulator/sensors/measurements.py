@@ -18,7 +18,7 @@ from services.simulator.truth.snapshot import Snapshot
 
 LIDAR_REACH_M, STATIC_REACH_M = 90.0, 55.0
 CROSSING_M, ACROSS_MPS = 75.0, 2.0
-"""So near, and so fast across the ego's heading, somebody crosses."""
+"""So near, and so fast across the ego's heading, a vehicle crosses."""
 MAP_BEHIND_M, MAP_AHEAD_M, MAP_EVERY_M = 10.0, 120.0, 6.0
 JUNCTION_SEEN_M = 150.0
 GNSS_SIGMA_M, HEADING_SIGMA_RAD = 0.6, 0.01

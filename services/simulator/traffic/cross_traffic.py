@@ -24,7 +24,7 @@ CORRIDOR_M = 1.2
 HALTS_BEFORE_M = 1.0
 """Between the road's edge and the front of one that halts."""
 GIVES_WAY_S = 3.0
-"""One who comes to the ego's way within this time has to be let through; ours: the ego needs as long to be across."""
+"""A car that comes to the ego's way within this time has to be let through; ours: the ego needs as long to be across."""
 HARDEST_MPS2, SPEEDS_UP_MPS2 = 6.0, 1.5
 
 
@@ -123,7 +123,7 @@ class CrossTraffic:
         return any(abs(s_m - car.s_m) < 25.0 for car in self.cars)
 
     def _room_m(self, car: CrossCar, others: Iterable[Car | Ego]) -> float | None:
-        """How far it may still go: up to whoever is in its way, and up to its halt; None: as far as it likes."""
+        """How far it may still go: up to what is in its way, and up to its halt; `None`: as far as it likes."""
         ways = (self._blocked_m(car, others), self._to_halt_m(car))
         return min((way for way in ways if way is not None), default=None)
 
@@ -133,7 +133,7 @@ class CrossTraffic:
         return -car.way * car.d_m - self.route.kerb_m(car.s_m) - HALTS_BEFORE_M - car.body.length_m / 2
 
     def _blocked_m(self, car: CrossCar, others: Iterable[Car | Ego]) -> float | None:
-        """How far it may still go because somebody is in its way."""
+        """How far it may still go because another car is in its way; `None` without one."""
         blocked: float | None = None
         for other in others:
             s, d = other.spine_place

@@ -25,7 +25,8 @@ LEAST_GAP = 0.8
 BESIDE_M, BESIDE_S = 4.0, 1.5
 """Nor where another car of that lane is so near, bumper to bumper, or closes up within so long."""
 LEAVES_MPS2 = 4.0
-"""Who leaves the lane does so at the latest where he would have to brake so hard for what is ahead; where he cannot, he brakes."""
+"""A car that leaves the lane does so at the latest where it would have to brake so hard for what is ahead. Where it cannot, it
+brakes."""
 PACES_PER_S = 1.0
 """Speed by which a car that keeps pace with the ego makes up for each metre that it is off."""
 PACES_LEAST_MPS = 3.0

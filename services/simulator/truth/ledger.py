@@ -26,7 +26,7 @@ class LedgerEntry:
     stop: tuple[LineKind, float] | None = None
     """The kind of line at which the ego has to stop or give way now, and how far its front is from it."""
     infraction: str = ""
-    """The infraction that was completed in this very step."""
+    """The infraction that was completed in exactly this step."""
     infractions: int = 0
     speeding_s: float = 0.0
     collision: bool = False

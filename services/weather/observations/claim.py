@@ -1,7 +1,7 @@
 """What one source claims of one quantity, and what is to be assumed of all claims together.
 
 Two kinds of evidence, never mixed: reassurance lowers what must be assumed, and counts as far as its source is sure;
-a warning raises it, and counts in full whoever gives it. So less confidence, more age and one more warning never make
+a warning raises it, and counts in full whatever its source. So less confidence, more age and one more warning never make
 anything look better, exactly: each term below only grows with them.
 """
 

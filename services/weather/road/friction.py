@@ -4,7 +4,7 @@ system can use.
 Sources of the relations; what is called ours is provisional and held by `studies.weather` alone.
 
 * dry, snow and ice: Wallman and Åström, Friction measurement methods and the correlation between road friction and
-  traffic safety, VTI meddelande 911A (2001): dry bare 0.8 to 1.0, wet bare 0.7 to 0.8, packed snow 0.20 to 0.30, loose
+  traffic safety, VTI meddelande 911A (2001). Dry bare 0.8 to 1.0, wet bare 0.7 to 0.8, packed snow 0.20 to 0.30, loose
   snow and slush 0.20 to 0.50, black ice 0.15 to 0.30, wet black ice 0.05 to 0.10. Our low ends lie below: worn roads.
 * fall with the film: mu_f + (mu_0 - mu_f) exp(-b h), most of it below 0.23 mm: Kulakowski and Harwood, Effect of
   water-film thickness on tire-pavement friction, ASTM STP 1031 (1990). b and mu_f are ours.
@@ -32,7 +32,7 @@ UNKNOWN_LOW = 0.30
 """Temperature unknown on a road that may be wet: ice is assumed where cold is known, not where nothing is."""
 UNKNOWN_DRY_LOW = 0.60
 UNKNOWN_FILM_MM = 0.4
-"""Water assumed where nobody knows: steady moderate rain."""
+"""Water assumed where it is not known: steady moderate rain."""
 SNOW_LOW = ((-15.0, 0.20), (-5.0, 0.17), (0.0, 0.12))
 SNOW_HIGH = 0.45
 """Packed snow is the more slippery the nearer it is to melting; its temperature in degC."""

@@ -1,11 +1,10 @@
 """The road's temperature, ice and hoar frost.
 
-Ice needs a road at or below freezing and water: rain, melt, or vapour that settles where the road is no warmer than
+Ice needs a road at or below freezing, and water: rain, melt or vapour. Vapour settles where the road is no warmer than
 the dew point (Jang, Forecasting nighttime frost-induced black ice formation on bridges using atmospheric data, Open
-Transportation Journal 18, 2024). How far a road is from the air's temperature: up to 4 K below on clear nights and
-bridges, in winter sun above it (ours; road weather stations show the same spread, Climate 12(5):63, 2024). A road
-that is measured warmer than freezing air may be that sun or a wrong thermometer; ours is not told which, so freezing
-air warns.
+Transportation Journal 18, 2024). A road is up to 4 K colder than the air on clear nights and bridges, and warmer than
+the air in winter sun (ours; road weather stations show the same spread, Climate 12(5):63, 2024). A road that is measured
+warmer than freezing air may be that sun or a wrong thermometer; which of them is not known, so freezing air warns.
 """
 
 from collections.abc import Iterable, Sequence

@@ -35,7 +35,7 @@ def snow_sight_m(snow_mm_h: float) -> float:
 
 
 def spray_sight_m(film_mm: float, speed_mps: float) -> float | None:
-    """Sight past the spray of traffic; None where there is none."""
+    """Sight past the spray of traffic; `None` without spray."""
     if film_mm < SPRAY_FROM_MM or speed_mps < SPRAY_FROM_MPS:
         return None
     return max(30.0, float(SPRAY_M * (SPRAY_FILM_MM / film_mm) ** 0.5 * (SPRAY_SPEED_MPS / speed_mps) ** 2))

@@ -3,7 +3,7 @@
 With x = C s / mu up to 3, the share of the grip that is used is 1 - (1 - x / 3)^3: C is the tyre's stiffness for each
 unit of its load, s the slip (Pacejka, Tire and Vehicle Dynamics, ch. 3; used so for estimating friction by Svendenius,
 Tire Modeling and Friction Estimation, Lund 2007). Little braking says little: a tyre that is hardly strained is as
-stiff on ice as on asphalt, so nothing is told until the wheels slip more than the softest tyre would on a good road,
+stiff on ice as on asphalt. So nothing is told until the wheels slip more than the softest tyre would on a good road,
 past some four fifths of the grip.
 """
 

@@ -26,7 +26,7 @@ _LOOKS: Mapping[RoadState, Interval] = {
 
 
 def film_claims(observations: Sequence[Observation], now_ns: int, *, drying: bool, left_mm: float = 0.0) -> list[Claim]:
-    """What is claimed of the film (mm). `drying`: it rained lately, or nobody knows that it did not; `left_mm`: what
+    """What is claimed of the film (mm). `drying`: it rained lately, or it is not known that it did not; `left_mm`: what
     physics leaves of the water that lay lately, whatever a road sensor says.
     """
     found = [claim for each in observations for claim in _claims(each, trust(each, now_ns), drying=drying)]

@@ -1,7 +1,7 @@
 """The speed at which a gust's side force takes no more than a share of the grip.
 
-Side force: rho/2 A c (v^2 + w^2), w the gust from the side; c rises nearly linearly with the angle of the flow up to
-about 25 degrees and then flattens (Hucho, Aerodynamics of Road Vehicles): c = min(2.2 sin psi, 1), sin psi =
+Side force: rho/2 A c (v^2 + w^2), w the gust from the side. The factor c rises nearly linearly with the angle of the
+flow up to about 25 degrees and then flattens (Hucho, Aerodynamics of Road Vehicles): c = min(2.2 sin psi, 1), sin psi =
 w / sqrt(v^2 + w^2). The equilibrium with grip is Baker's, A simplified analysis of various types of wind-induced road
 vehicle accidents, J. Wind Eng. Ind. Aerodyn. 22 (1986).
 """

@@ -44,7 +44,7 @@ _OTHER = re.compile(r"\bTAF (?:AMD |COR )*$")
 MOST = 100
 
 _BROKEN = (ParserError, LookupError, ValueError, TypeError, AttributeError, ArithmeticError)
-"""What the package raises on reports that are none."""
+"""What the package raises on text that is not a report."""
 _QUIET = threading.Lock()
 
 
@@ -123,7 +123,7 @@ def _parsed(line: str, now_ns: int) -> tuple[Any, int]:
 
 
 def _lenient(line: str, year: int, month: int) -> Any:
-    """A report whose groups that the package does not know are passed over: it warns of each, and nobody reads that."""
+    """A report; groups that the package does not know are passed over. The package warns of each, and its warnings are ignored."""
     with _QUIET, warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)
         return Metar(line, year=year, month=month, strict=False)

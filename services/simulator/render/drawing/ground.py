@@ -2,7 +2,7 @@
 
 A later layer (meta's third byte, see ``LAYERS``) covers an earlier one, whatever the order of drawing.
 Uses the common vertex format. For surfaces uv is in metres and alpha the place across (0 to 1). A marking's vertex lies
-on its centre line, its normal points across, uv is (place along in metres, signed half width in metres): the shader
+on its centre line, its normal points across, uv is (place along in metres, signed half width in metres). The shader
 widens lines thinner than a pixel and fades them instead, so that they do not crumble at a distance.
 """
 

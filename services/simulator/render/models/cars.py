@@ -91,7 +91,7 @@ def _lamps(
 
 
 def _third_brake(builder: Builder, size_m: tuple[float, float, float], profile: Profile) -> None:
-    """The high brake lamp at the upper rim of the rear window, or of the rear where there is none."""
+    """The high brake lamp at the upper rim of the rear window, or of the rear where there is no such window."""
     length, _, height = size_m
     panes = [k for k, station in enumerate(profile.stations) if station[3] == "w" and station[0] < 0]
     if panes:
