@@ -17,7 +17,7 @@ from scripts.reference.pages import GENERATED
 
 ROOT = Path(__file__).parents[2]
 ALLOWED = Path(__file__).with_name("allowed.toml")
-CODE = ("domain", "proto", "services/orchestrator", "services/arbiter")
+CODE = ("domain", "proto", "services", "drivemcp", "app", "evaluation", "studies", "training", "benchmarks", "scripts")
 Counts = dict[str, dict[str, int]]
 """File to rule to number of findings."""
 GOAL = 40_000
