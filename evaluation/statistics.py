@@ -67,7 +67,8 @@ def ratio_ci(parts: Sequence[float], wholes: Sequence[float]) -> Spread:
     """The ratio of the sums, and Student's t interval about it from how far each part is from its share of the whole.
 
     Long runs count for more, in the number and in its interval (Cochran 1977, Sampling Techniques, chapter 6). There is no interval
-    for fewer than two runs, or for runs that all have the same ratio. Raises ValueError on unequal lengths.
+    for fewer than two runs, or for runs that all have the same ratio. Wholes whose sum is not positive have no ratio either, whatever
+    the lengths. Raises ValueError on unequal lengths where the sum of the wholes is positive.
     """
     n, whole = len(wholes), sum(wholes)
     if whole <= 0.0:

@@ -27,7 +27,10 @@ EVERY, WIDTH_PX, QUALITY = 3, 560, 55
 
 
 def write(logs: Sequence[Path], target: Path, *, begin: int = 0, most: int = 270) -> int:
-    """Write the pictures `begin` to `begin + most` of a drive. Returns how many are shown. Raises ValueError without pictures."""
+    """Write the pictures `begin` to `begin + most` of a drive. Returns how many are shown.
+
+    Raises ValueError without pictures and where the file cannot be written, cv2.error where its suffix names no picture format.
+    """
     frames = [_small(picture) for picture in islice(annotated(logs), begin, begin + most, EVERY)]
     if not frames:
         raise ValueError(f"no pictures of the front camera in {', '.join(map(str, logs))}")

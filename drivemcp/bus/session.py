@@ -19,7 +19,7 @@ from drivemcp.errors import BusError
 
 SHARED_FROM_BYTES = 65536
 """Between processes of one machine larger messages (pictures, point clouds) go through shared memory. The first one makes a
-session keep 16 MB for it, which who sends none this large is spared."""
+session keep 16 MB for it; a session that sends no message this large is spared that."""
 LEAST_SHARED_BYTES = 32 << 20
 MOST_BYTES = 32 << 20
 """No message is larger; a larger one is dropped before it is copied, and its transport does not keep its parts."""

@@ -20,7 +20,8 @@ has the same 1.5 s for time to collision."""
 CLOSING_MPS = 0.1
 """Below this closing speed there is no time to collision."""
 CONFLICT_WITHIN_S = 20.0
-"""Ours: who is met later than this is not closing in; at 0.1 m/s a steady lead would be minutes away, and the mean his."""
+"""Ours: a road user that is met later than this is not closing in. At 0.1 m/s a steady lead would be minutes away, and would make up
+the mean."""
 APART_S = 2.0
 """Two moments of conflict with one road user that lie nearer to each other are one near-collision."""
 ACROSS_MPS = 1.0
@@ -134,7 +135,7 @@ def braking_mps2(truth: Truth) -> float:
 
 
 def median_stop_m(speed_mps: float, truth: Truth) -> float:
-    """The median driver's way to a halt: he reacts, then brakes as grip and car allow."""
+    """The median driver's way to a halt: the driver reacts, then brakes as grip and car allow."""
     driver = rss.Longitudinal(rho_s=MEDIAN_REACTION_S, accel_max_mps2=0.0, brake_min_mps2=braking_mps2(truth))
     return rss.stopping_distance_m(speed_mps, driver)
 
@@ -169,13 +170,13 @@ def _near(truth: Truth) -> bool:
 
 
 def encroachments(record: Record) -> Iterator[tuple[float, float]]:
-    """(instant, post-encroachment time) of each who crossed the ego's path, ahead of it or behind it."""
+    """(instant, post-encroachment time) of each road user that crossed the ego's path, ahead of the ego or behind it."""
     yield from _ahead(record)
     yield from _behind(record)
 
 
 def _ahead(record: Record) -> Iterator[tuple[float, float]]:
-    """He went first: the place is where he was last in the path; the time is from then until the ego's front is there."""
+    """The road user went first: the place is where it was last in the path. The time is from then until the ego's front is there."""
     inside: dict[int, tuple[float, float]] = {}
     for truth in record.truths:
         crossing = {actor.actor_id: actor for actor in truth.actors if crosses(actor, truth)}
@@ -192,7 +193,10 @@ def _ahead(record: Record) -> Iterator[tuple[float, float]]:
 
 
 def _behind(record: Record) -> Iterator[tuple[float, float]]:
-    """The ego went first: the place is where he first comes into its path; the time is from when its rear left there."""
+    """The ego went first: the place is where the road user first comes into the ego's path.
+
+    The time is from when the ego's rear left that place.
+    """
     ways_m = [truth.distance_m for truth in record.truths]
     beside: set[int] = set()
     for truth in record.truths:
@@ -219,7 +223,7 @@ class _Met(NamedTuple):
 
 
 def _met(actor: TrueActor, truth: Truth, there: Truth) -> _Met | None:
-    """Seen from where the ego was `there`, as it may have turned since; None: he does not cross."""
+    """The place as seen from where the ego was `there`, as the ego may have turned since; None: the road user does not cross."""
     turned_rad = math.remainder((truth.heading_rad or 0.0) - (there.heading_rad or 0.0), math.tau)
     c, s, way_m = math.cos(turned_rad), math.sin(turned_rad), truth.distance_m - there.distance_m
     vx_mps, vy_mps = actor.vx_mps + truth.speed_mps, actor.vy_mps

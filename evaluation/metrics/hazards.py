@@ -16,7 +16,7 @@ from services.simulator.truth.hazard_words import OF_A_LEAD, WORDS, names
 ESCALATES = ("warning", "alarm")
 OF_SOMEBODY_AHEAD = frozenset(kind for kind, words in WORDS.items() if words == OF_A_LEAD)
 _OF_A_BODY = OF_SOMEBODY_AHEAD | {"pedestrian"}
-"""What is met is the road user himself; of others a line, a sign or water."""
+"""Of these hazards the road user itself is met; of others a line, a sign or water."""
 
 LINES = frozenset({"red_light", "stop_sign"})
 """What has one stop at a line, as truth and messages name it."""
@@ -166,9 +166,10 @@ def _in_time(said: At[Advisory], episode: Episode) -> bool:
 
 
 def _effective(record: Record, said: At[Advisory], episode: Episode) -> bool:
-    """An intervention, or a word early enough for the median driver: he reacts, brakes as the grip allows, and it holds.
+    """An intervention, or a word early enough for the median driver, who reacts and then halts in the gap as grip and car allow.
 
-    Where the truth tells no distance, any word counts.
+    Where the truth tells no distance, or the gap does not close, any word counts. Of a hazard of `SLOWER` a word counts instead
+    that asks for less than the ego's speed; before a school none of the topics `limit` and `overspeed` does.
     """
     truth = record.truth_at(said.time_s)
     if truth is None or said.message.kind == "ACT":
@@ -218,13 +219,13 @@ def _now(truth: Truth, episode: Episode) -> TrueHazard | None:
 
 
 def _body(truth: Truth, hazard: TrueHazard) -> TrueActor | None:
-    """The road user who is met, if he is near enough to be told."""
+    """The road user that is met, if it is near enough to be told."""
     actors = truth.actors if hazard.kind in _OF_A_BODY else ()
     return next((each for each in actors if each.actor_id == hazard.actor_id), None)
 
 
 def _untold(truth: Truth, kind: str, told_m: float | None) -> tuple[float | None, float]:
-    """Where the truth does not tell who it is: the lead, the person in the path, or what stands at that distance."""
+    """The same where the truth tells no road user: of the lead, of the person in the path, or of what stands at that distance."""
     if kind in OF_SOMEBODY_AHEAD:
         gap = truth.gap_m if truth.gap_m is not None else told_m
         return gap, truth.closing_mps if truth.closing_mps is not None else truth.speed_mps

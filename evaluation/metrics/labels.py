@@ -9,7 +9,7 @@ from evaluation.metrics.record import Record
 from evaluation.metrics.speech import nags
 
 LATE_S = 1.0
-"""Ours: who waits longer for a word on a hazard calls it late."""
+"""Ours: a driver who waits longer for a word on a hazard calls the word late."""
 
 
 class Label(NamedTuple):

@@ -113,7 +113,7 @@ class Metrics(msgspec.Struct, frozen=True, kw_only=True):
     messages_true_by_topic: dict[str, int] = {}
     """Of them, those that were true."""
     messages_needed_by_topic: dict[str, int] = {}
-    """Of the true ones, those on which something hung."""
+    """Of the true ones, those on which something depended."""
     listening_s: float | None = None
     """Time in which the driver listens, s: by the words of the messages."""
     cut_off: int | None = None

@@ -178,7 +178,7 @@ def _really_on(truth: Truth, warning: Advisory, within_s: float = CAUSE_TTC_S) -
 
 
 def _in_the_way_soon(actor: TrueActor) -> bool:
-    """A person ahead in the ego's path, or who walks into it, by the simulated driver's own measure."""
+    """A person ahead who is in the ego's path or walks into it, by the simulated driver's own measure."""
     if actor.kind != "pedestrian" or not 0.0 < actor.x_m < LOOKS_M:
         return False
     walks_in = actor.y_m * actor.vy_mps < 0.0 and abs(actor.y_m) < CORRIDOR_HALF_M + SOON_S * abs(actor.vy_mps)

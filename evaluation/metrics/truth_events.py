@@ -260,7 +260,7 @@ def foreign_ahead(record: Record, truth: Truth) -> bool:
 
 
 def _language(record: Record) -> str:
-    """What the driver reads; of a truth that does not tell, what he is spoken to in."""
+    """The language that the driver reads. From a truth that does not tell it, the language of the first advisory, else `en`."""
     told = record.truths[0].driver_language if record.truths else ""
     return told or (record.advisories[0].message.language if record.advisories else "en")
 

@@ -34,7 +34,7 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
     missing: int
     km: float
     hit_alone: int
-    """Runs in which the driver alone hits a road user; not known for routes."""
+    """Runs in which the driver alone hits a road user; 0 for routes, where it is not known."""
     hit: int
     """Runs with the grant in which a road user is hit."""
     contact_alone_kmh: float | None

@@ -77,7 +77,7 @@ def cut_in(draft: Draft) -> None:
 
 
 def cut_out(draft: Draft) -> None:
-    """A lorry ahead leaves the lane and lays bare who stands in it."""
+    """A lorry ahead leaves the lane and lays bare a car that stands in it."""
     _gantry(draft, 330.0, (0.0, 100))
     at_m = round(draft.chance.uniform(620.0, 760.0))
     change = LaneChangePlan(to_lane=2, when_ego_at_m=at_m)

@@ -106,7 +106,7 @@ class Perception:
         self._take_movers(stamp_ns, points)
 
     def movers(self, stamp_ns: int, sweep: LidarSweep) -> None:
-        """Take only who moves from a LiDAR sweep, where all ranges come from elsewhere. Raises Malformed."""
+        """From a LiDAR sweep take only the vehicles that move, where all ranges come from elsewhere. Raises Malformed."""
         self._take_movers(stamp_ns, open_sweep(sweep))
 
     def _take_movers(self, stamp_ns: int, points: Floats) -> None:

@@ -1,4 +1,4 @@
-"""Stop, give way or proceed: light before sign before the general rule; who is unknown is taken to be there.
+"""Stop, give way or proceed: light before sign before the general rule; a road user of whom nothing is known is taken to be there.
 
 A sign demands what the pack states by a trigger for it (`sign:stop`), else what its own entry in the sign table says.
 """

@@ -234,7 +234,7 @@ def _follow(node: Node, shelf: Shelf) -> None:
     change = shelf.look()
     if change is None:
         return
-    _describe(node, shelf)  # before it is told: who hears of it finds it in the health
+    _describe(node, shelf)  # before it is told: a service that hears of it finds it in the health
     for reason in change.refused:
         node.log.error("changed rulepack refused, what was loaded before stays: %s", reason)
         node.publish(

@@ -124,7 +124,7 @@ class Simulator:
         except StudioError as error:
             self._node.log.error("no pictures: %s", error)
             self._give_up(wanted, str(error))
-        except Exception:  # whatever it is, who waits for the drive is told that none comes
+        except Exception:  # whatever it is, a caller that waits for the drive is told that none comes
             self._node.log.exception("the drive cannot begin")
             self._give_up(wanted, NEVER_BEGAN)
 

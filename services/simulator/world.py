@@ -335,7 +335,7 @@ class World:
         )
 
     def _people_near(self, s_m: float) -> list[Person]:
-        """Those whom anything can perceive."""
+        """The people near enough for any sensor to perceive."""
         return [person for person in self.people if -40.0 < person.s_m - s_m < 160.0]
 
     @property

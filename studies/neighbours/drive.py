@@ -30,7 +30,7 @@ BLIND = SensorSet(cameras=(), lidar=False, gnss=False, map=False, weather=False,
 NEIGHBOURS: Mapping[str, type[Driver]] = MappingProxyType(
     {"IDM alone": Following, "IDM, people and lines as leads": FollowingAll, "RSS governor": Governed}
 )
-"""Label to who drives."""
+"""Label to the class of the driver."""
 
 
 def neighbour_truths(spec: RunSpec, driver: type[Driver] = Driver) -> tuple[Truth, ...]:

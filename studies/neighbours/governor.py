@@ -11,7 +11,7 @@ _HALVINGS = 40
 
 
 class Governed(Driver):
-    """Drives as ever, but no faster than the governor lets him."""
+    """The driver drives as ever, but no faster than the governor allows."""
 
     truth: Truth | None = None
     """The newest; the drive sets it before each step."""

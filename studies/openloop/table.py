@@ -46,7 +46,7 @@ OPEN: tuple[Method, ...] = tuple(
     for method in METHODS.values()
     if not method.stand_ins and method.settings != METHODS["No-assistant"].settings
 )
-"""The Oracle needs drives of its own, and who says nothing has nothing to be timed."""
+"""The Oracle needs drives of its own, and a method that says nothing has nothing to be timed."""
 
 
 def rows(logs: Sequence[Path], methods: Iterable[Method] = OPEN) -> Iterator[OpenRow]:

@@ -1,4 +1,4 @@
-"""`python -m studies tracking.crossings`: how soon who crosses is seen to come into the ego's path.
+"""`python -m studies tracking.crossings`: how soon a road user that crosses is seen to come into the ego's path.
 
 Cars with right of way at junctions, or (`--who people`) people who step out before the ego. Each is driven up to from a
 little before, without advice.
@@ -64,7 +64,7 @@ class Who:
 
 
 def _walks_in(track: Track) -> bool:
-    """Whether a person would be told of: in the path, or on his way into it."""
+    """Whether a person would be told of: in the path, or on the way into it."""
     return track.kind == "pedestrian" and well_seen(track) and crosses(track)
 
 
@@ -100,7 +100,7 @@ class Crossing(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def approaches(place: Place, who: Who = CARS) -> Iterator[tuple[str, Scenario]]:
-    """The place's plans, begun anew before each who crosses; with a name of its own."""
+    """The place's plans, begun anew before each road user that crosses; each has a name of its own."""
     plan = generate(place.family, place.number, place.split)
     for number, at_m in enumerate(who.places(plan)):
         ego = msgspec.structs.replace(plan.ego, at_m=max(0.0, at_m - BEFORE_M), speed_kmh=SPEED_KMH)
@@ -108,7 +108,7 @@ def approaches(place: Place, who: Who = CARS) -> Iterator[tuple[str, Scenario]]:
 
 
 def judged(name: str, steps: Sequence[Step], seen: Sequence[View], who: Who = CARS) -> Crossing | None:
-    """What became of the drive's first such hazard; None: no person came in sight."""
+    """What became of the drive's first such hazard; None: the drive had no such hazard."""
     hazards = [(step.truth.time_s, each) for step in steps for each in step.truth.hazards if each.kind == who.hazard]
     if not hazards:
         return None

@@ -1,4 +1,4 @@
-"""Cars that change into the ego's lane: highway-env steers them, we say who and when. The simulator's own never change lanes."""
+"""Cars that change into the ego's lane: highway-env steers them, we say which car and when. The simulator's own never change lanes."""
 
 from __future__ import annotations
 

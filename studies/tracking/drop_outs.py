@@ -14,7 +14,7 @@ from studies.tracking.seeing import Found, see
 
 LASTS_S, EVERY_S = 0.5, 1.5
 FOLLOWED_S = 1.0
-"""Only who was followed under one id for so long, and can be seen for as long after, is withheld."""
+"""Only a vehicle that was followed under one id for so long, and can be seen for as long after, is withheld."""
 BACK_WITHIN_S = 0.5
 SAME_IOU = 0.3
 

@@ -25,7 +25,11 @@ ROAD_HALF_M, ROADSIDE_M = 4.0, 9.0
 
 
 def with_people(scene: Scene, split: Split, rng: np.random.Generator) -> Scene:
-    """The scene with two to seven knots of one to five people more, 5 to 75 m ahead of the ego. None overlaps a vehicle."""
+    """The scene with two to seven knots of up to five people more.
+
+    A knot is 5 to 75 m ahead of the ego, or up to 4 m before or behind a thing or a vehicle that is. A person who would stand in a
+    vehicle or less than 0.3 m from it, or within 4 m of the ego's origin, is left out, so that a knot may be empty.
+    """
     things = [item.pose for item in scene.static.scenery if item.kind in UPRIGHT]
     things = _in_sight(scene.ego, things + [post.pose for post in scene.static.signs])
     vehicles = [actor for actor in scene.actors if actor.kind != "pedestrian"]

@@ -116,7 +116,7 @@ class Shot:
 
 
 def _further(scene: Scene, rng: np.random.Generator, split: Split) -> Scene:
-    """The ego further along, in another stage's weather; who would stand inside the ego is left out."""
+    """The ego further along, in another stage's weather; a road user that would stand in the ego or too near it is left out."""
     ego = further_along(scene.ego, float(rng.uniform(4.0, 32.0)), rng)
     c, s = math.cos(scene.ego.yaw_rad), math.sin(scene.ego.yaw_rad)
     _, other = random_stage(int(rng.integers(1 << 30)), split)

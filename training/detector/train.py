@@ -353,7 +353,7 @@ def _make(cache: Path, limit: int, plan: Plan, out: Path) -> None:
 
 def measure(out: Path, card: dict[str, object], choosing: Frames, testing: Frames) -> None:
     """Choose floors and calibration on some frames, score on others, write the card."""
-    # a former network's calibration must not bend this one's scores; who looks again belongs to what is measured
+    # a former network's calibration must not bend this one's scores; the networks that look again are part of what is measured
     write_card(out, {key: card[key] for key in ("classes", "second_look") if key in card})
     found = _found(out, choosing)
     measured = scores(out, testing)

@@ -1,4 +1,7 @@
-"""A driver's question under the Direct methods: the front end's answer to its prompt, word for word, or that it has no answer."""
+"""A driver's question under the Direct methods: the front end's answer to its prompt, or that it has no answer.
+
+The answer is one line: formatting and control characters are taken out, and it is cut at 400 characters.
+"""
 
 from evaluation.baselines.direct import advise
 from evaluation.baselines.direct.advise import DirectSettings

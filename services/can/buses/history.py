@@ -43,7 +43,7 @@ class Ring:
         found: list[CanFrame] = []
         number = self.seen
         while number > 0 and len(found) < limit:
-            with self._lock:  # for a short while: the bus must not wait for who reads
+            with self._lock:  # for a short while: the bus must not wait for a reader
                 begins = max(number - CHUNK, self.seen - len(self))
                 part = [self._slot(each) for each in range(number - 1, begins - 1, -1)]
             fresh = [slot for slot in part if slot[0] >= stamp_ns]  # one old stamp among them ends nothing

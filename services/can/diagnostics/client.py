@@ -19,7 +19,7 @@ Refused = Callable[[int, bytes, str], None]
 
 
 class Reply(NamedTuple):
-    """Answers by the id they came on; how the waiting ended; who is known to answer this and did not."""
+    """Answers by the id they came on; how the waiting ended; the ids known to answer this that did not."""
 
     answers: Mapping[int, bytes]
     ended: Ended

@@ -128,7 +128,7 @@ class Exchange:
         return "answered"
 
     def over(self, timeout_s: float) -> bool:
-        """Whether nothing more is to be waited for, for who does not wait but looks again; also when the clock fell back."""
+        """Whether nothing more is to be waited for, for a caller that does not wait but looks again; also when the clock fell back."""
         latest = min(max([self._started + timeout_s, *self._under_way.values()]), self._started + LONGEST_S)
         return self.complete or not self._started <= self._clock() < latest
 

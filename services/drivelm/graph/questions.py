@@ -65,7 +65,7 @@ def _meaning(node: Node, seen: Seen) -> str | None:
 
 
 def _considered(node: Node, seen: Seen) -> str | None:
-    """The ego is who drives towards it; who else does is not known."""
+    """The ego is the vehicle that drives towards it; which other road users do is not known."""
     towards = node.track is not None and node.track.in_ego_path
     return "The ego vehicle." if towards or (node.fact is not None and node.fact.believed) else None
 

@@ -111,7 +111,7 @@ def free_port(bind: str) -> int:
 
 
 def require_free(bind: str, port: int) -> None:
-    """Raises ServerFailed where the port is taken: who listens there already would be taken for the viewer."""
+    """Raises ServerFailed where the port is taken: a program that listens there already would be taken for the viewer."""
     with _probe(bind) as probe:
         probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # as the viewer binds: old connections do not count
         try:

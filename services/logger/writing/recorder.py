@@ -138,7 +138,7 @@ class Recorder:
     def sealed(self, head: ChainHead, n: int) -> None:
         """A flush is in the file: its head and its traces go to memory; its first and last make an entry of the drive.
 
-        `head` is the new one only then: who hears it finds the traces.
+        `head` is the new one only then: a service that hears of it finds the traces.
         """
         with self._lock:
             rows, self._rows = self._rows, []

@@ -33,7 +33,7 @@ FLOOR = 0.15
 CERTAIN = 0.7
 """As the arbiter's profile: below it an actor is doubted and supports no ACT."""
 PERSON_ON_MOTORWAY = 0.5
-"""A person on a motorway is implausible; below this confidence he bounds nothing."""
+"""A person on a motorway is implausible; below this confidence the person bounds nothing."""
 KNOWN_S, KNOWN_CONFIDENCE = 1.0, 0.5
 YOUNG_S, LOST_S, FAINT, SPEED_KNOWN_MPS = 0.3, 0.3, 0.45, 3.0
 CROSSES_MPS = 2.0

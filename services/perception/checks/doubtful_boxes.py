@@ -61,7 +61,7 @@ def left_to_another(detection: Detection, found: Range, camera: Camera, others: 
 
 
 def rides(detection: Detection, others: Sequence[Detection]) -> bool:
-    """Whether a person's box is that of a vehicle, surely or rather: who rides a motorcycle is not on foot as well."""
+    """Whether a person's box is that of a vehicle, surely or rather: the rider of a motorcycle is not on foot as well."""
     if detection.kind != "pedestrian":
         return False
     least = min(detection.score, SURELY)

@@ -44,7 +44,7 @@ def place(track: Track, model: LaneModel, ego_mps: float | None = None) -> Place
     _, ego_left = model.ego.place(0.0, 0.0)
     aside = left - ego_left * max(0.0, 1.0 - along / 30.0)
     against_us = lane is not None and lane.oncoming and track.kind == "vehicle"
-    # who keeps to an oncoming lane passes beside us; one that leaves it stands in ours, and is in the path then
+    # a vehicle that keeps to an oncoming lane passes beside us; one that leaves it stands in ours, and is in the path then
     clearance = abs(aside) - (EGO_WIDTH_M + track.width_m) / 2
     in_path = along > 0 and not against_us and _reaches(track, aside, clearance, ego_mps)
     placed = msgspec.structs.replace(

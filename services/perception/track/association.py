@@ -34,9 +34,9 @@ SWERVE_GATE, SWERVE_M = 60.0, 2.5
 harder than its noise allows for. Squared Mahalanobis distance, and metres. After a drop-out only where no two bodies
 could stand: else it would take what stands beside it."""
 BEFORE_M, BEFORE_S, BEFORE_SIGMAS, BEFORE_SIGMA_M = 2.5, 0.5, 3.0, 0.1
-"""A pedestrian does not leap nearer from picture to picture: a range that much short at a known person's bearing is
-of a post before him, and for
-so long his bearing alone counts. How well the two bearings agree; and what is added to the across sigma, since they are not the eye's."""
+"""A pedestrian does not leap nearer from picture to picture: a range that much short at a known person's bearing is of a post before the
+person. For so long the person's bearing alone counts. How well the two bearings agree; and what is added to the across sigma, since
+the bearings are not the eye's."""
 SURE_SHARE = 0.03
 """A fix with a smaller sigma than this share of its range is a measured one; those by size or ground are not."""
 SCALE_SIGMA = 0.2
@@ -63,7 +63,7 @@ def pairs(tracks: Sequence[Tracked], sightings: Sequence[Sighting]) -> list[tupl
 
 
 def _pairs(tracks: Sequence[Tracked], sightings: Sequence[Sighting]) -> list[tuple[int, int]]:
-    """The likely ones first, then who swerved among those left over.
+    """The likely pairs first, then, of the tracks left over, those that swerved.
 
     What a track of measured range explains is no first range of another whose own was only guessed.
     """
@@ -118,7 +118,7 @@ def _likely(track: Tracked, sighting: Sighting, squared: float) -> bool:
 
 
 def falls_short(track: Tracked, fix: Fix, squared: float) -> bool:
-    """Whether a fix has a known person's bearing, but the range of something before him."""
+    """Whether a fix has a known person's bearing, but the range of something before the person."""
     known = track.kind == "pedestrian" and track.confirmed and track.ranged
     if not known or squared <= GATE or track.seen_ns - track.placed_ns > BEFORE_S * 1e9 or not is_measured(fix):
         return False

@@ -22,7 +22,7 @@ from services.perception.track.kalman import Fix, Floats
 from services.perception.track.road_user import EgoState, OverGround, Sighting
 
 BACK_S, LEAST_BACK_S = 0.4, 0.25
-"""How much earlier the sweep is that showed free space; younger ones show too little of who moves."""
+"""How much earlier the sweep is that showed free space; younger ones show too little of the vehicles that move."""
 BODY_M = (0.3, 2.5)
 """Heights of returns from bodies."""
 SENSOR_HEIGHT_M = 1.75
@@ -43,7 +43,8 @@ LEAST_NEW, LEAST_SHARE = 4, 0.2
 """Of a thing's returns, so many lie where it was free: fewer are noise, or the moving edge of a shadow."""
 LEAST_BEARINGS, BESIDE_DEG, SAME_DEG = 2, 1.0, 0.1
 """They come from so many rays side by side: a post is thinner than the gap between two rays, and slips through it at times. Of 700
-rows of two to four posts, 0.35 to 1 m apart, 13 still seem to move; with three rays as many, and who crosses 45 m away was missed."""
+rows of two to four posts, 0.35 to 1 m apart, 13 still seem to move. With three rays as many do, and a vehicle that crosses 45 m away
+was missed."""
 LONG_M, WIDE_M = (1.2, 12.0), 4.0
 """Over ground, the longer and the shorter side of a vehicle as far as it is seen."""
 LORRY_M = 6.5
@@ -268,10 +269,10 @@ def _over_ground(steps: list[Step], between_s: float, known: OverGround | None) 
 
 
 def _step(thing: Floats, before: Floats) -> Step | None:
-    """How far its near end came ahead and its leading side across; None where one place shows another part of it.
+    """How far a vehicle's near end came ahead and its leading side across; None where one place shows another part of it.
 
-    Not its middle: of who comes out from behind a house that moves half as fast. The side behind comes as far as the leading
-    one, or stands, at the house's corner.
+    The middle does not tell: that of a vehicle which comes out from behind a house moves half as fast. The side behind comes as far
+    as the leading one, or stands, at the house's corner.
     """
     low_m, high_m = thing.min(axis=0) - before.min(axis=0), thing.max(axis=0) - before.max(axis=0)
     sides_m = float(low_m[1]), float(high_m[1])

@@ -17,8 +17,8 @@ from services.perception.track.road_user import Sighting
 
 ACROSS_SIGMA_PX, ACROSS_SIGMA_M = 2.0, 0.12
 PERSON_SIGMA_PX, PERSON_SIGMA_M = 0.8, 0.04
-"""A person has no flank that could move the middle of the box: from picture to picture it jumps by 0.03 m at 20 m, and who steps out is
-known by that."""
+"""A person has no flank that could move the middle of the box: from picture to picture it jumps by 0.03 m at 20 m, and a person who steps
+out is known by that."""
 ACROSS_SIGMA_SHARE = 0.04
 CUT_SIGMA_SHARE, HIDDEN_SIGMA_SHARE = 0.5, 0.2
 """Of its width: how well a side that shows tells where the middle of a body is that the picture's end cuts off, or at a measured range
@@ -27,7 +27,7 @@ comes into the picture grows, and seems to cut in."""
 NARROW_SHARE = 0.75
 """Of its width: a vehicle of which less shows, at a measured range, is hidden by something that has no box, on an unknown side."""
 WIDEST_PERSON_M = 0.8
-"""With arms and luggage: who stands nearer to the picture's end may go on beyond it, wherever his box ends."""
+"""With arms and luggage: a person who stands nearer to the picture's end may go on beyond it, wherever the person's box ends."""
 CUT_SHARE = 0.08
 """A box that ends this share of its width before the edge of the picture is cut off by it: detectors draw edges inwards (one in ten of 241
 by more)."""
@@ -143,7 +143,8 @@ def _place(
     Beside our own line we see a vehicle's flank too, and the box's middle lies too far inwards: there the outer edge,
     which is the near corner, less half a width, is the better guess. A box wider than flank and rear together is of
     something that crosses: its middle counts. Where the outer edge is hidden, the inner one counts, which lies somewhere
-    along the flank; a person's middle is half a body beyond it, else who is passed would seem to step in as he leaves the picture.
+    along the flank. A person's middle is half a body beyond the inner edge: else a person whom the ego passes would seem to step in
+    on leaving the picture.
     """
     c = camera.calibration
     u = detection.centre_px[0]

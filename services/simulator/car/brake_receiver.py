@@ -23,7 +23,7 @@ STILL_MPS = 0.3
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Controls:
-    """What the driver does: pedals from 0 to 1, how fast he moves the accelerator and turns the wheel."""
+    """What the driver does: pedals from 0 to 1, how fast the driver moves the accelerator and turns the wheel."""
 
     accelerator: float = 0.0
     accelerator_rate_per_s: float = 0.0
@@ -32,7 +32,7 @@ class Controls:
 
     @property
     def overrides(self) -> bool:
-        """Whether he has the last word now. A foot on the brake has not: the harder of foot and command brakes."""
+        """Whether the driver has the last word now. A foot on the brake has not: the harder of foot and command brakes."""
         return (
             self.accelerator > ACCELERATOR_THRESHOLD
             or self.accelerator_rate_per_s > ACCELERATOR_RATE_PER_S

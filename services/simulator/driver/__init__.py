@@ -1,1 +1,1 @@
-"""The simulated driver: his profile, what lies ahead of him, the signs he understands, and how he drives."""
+"""The simulated driver: the profile, what lies ahead, the signs that the driver understands, and how the driver drives."""

@@ -1,4 +1,4 @@
-"""The driver: follows by the intelligent driver model, reads signs imperfectly, obeys advice after his reaction time.
+"""The driver: follows by the intelligent driver model, reads signs imperfectly, obeys advice after the reaction time.
 
 A lead is followed as it was a reaction time ago, taken to have driven on at that speed since; the own speed is the present
 one (Treiber, Kesting and Helbing 2006, Physica A 360: reaction time and temporal anticipation).
@@ -9,8 +9,8 @@ then 0.8 to 1.0 km where the road suggests another speed. In a simulator 20 % of
 far apart (Inman et al. 2008, TRB 87th Annual Meeting). A limit whose sign the driver cannot read is learnt from the other cars
 at the same places, which is ours.
 
-Without advice he does what he noticed and understood himself; that is what the assistant is for. Pure: the view of the
-road and the time come in, a wish for acceleration goes out. SI units, seconds since the start.
+Without advice the driver does what the driver alone has noticed and understood; that is what the assistant is for. Pure: the
+view of the road and the time come in, a wish for acceleration goes out. SI units, seconds since the start.
 """
 
 import zlib
@@ -24,11 +24,12 @@ from services.simulator.driver.profile import Attention, Dice, DriverProfile
 
 NO_LIMIT_MPS = 130 / 3.6
 GENTLE_MPS2 = -2.5
-"""What he does without being startled; more takes his reaction time first."""
+"""What the driver does without being startled; braking harder takes the reaction time first."""
 ADVICE_HOLDS_S, WARNING_HOLDS_S = 25.0, 4.0
-"""How long he keeps to what was said when it is not said again; a hazard he can see pass himself, and who drives before him."""
+"""How long the driver keeps to what was said when it is not said again. The second is for a warning, and for a road user or a
+place to give way at that the driver sees ahead: the driver sees such a hazard pass without help."""
 WARNED_FACTOR, WARNED_FOR_S = 0.6, 3.0
-"""A warned driver reacts in this share of his reaction time, for so long after the warning."""
+"""A warned driver reacts in this share of the reaction time, for so long after the warning."""
 ACCELERATION_MPS2, BRAKING_MPS2 = 1.7, 2.2
 JERK_UP_MPS3, JERK_DOWN_MPS3, JERK_EMERGENCY_MPS3 = 3.0, 8.0, 30.0
 SLOWEST_ADVICE_MPS = 2.0
@@ -54,7 +55,7 @@ class Advice:
     ahead_mps: float | None = None
     """A lower limit that it announces."""
     slow: bool = False
-    """Whether it tells him to slow down to that, not only that it comes."""
+    """Whether it tells the driver to slow down to that limit, not only that the limit comes."""
     seen: bool = False
     """Whether the target is for a road user, or a place to give way at, that the driver sees ahead."""
 
@@ -70,7 +71,7 @@ class StopAhead:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DriverView:
-    """The road as it is for the driver; what he makes of it is his."""
+    """The road as it is for the driver; what to make of it is up to the driver."""
 
     time_s: float
     speed_mps: float
@@ -84,14 +85,14 @@ class DriverView:
     stop: StopAhead | None = None
     person_m: float | None = None
     passed: tuple[tuple[int, float | None, bool], ...] = ()
-    """Posts just passed: number, the limit that now holds, whether he can understand the sign."""
+    """Posts just passed: number, the limit that now holds, whether the driver can understand the sign."""
     car_brakes: bool = False
-    """Whether the car brakes by itself, which he feels."""
+    """Whether the car brakes by itself, which the driver feels."""
 
 
 @dataclass(frozen=True, slots=True)
 class Wish:
-    """What he does: acceleration in m/s^2 and the pedals that go with it, 0 to 1."""
+    """What the driver does: acceleration in m/s^2 and the pedals that go with it, 0 to 1."""
 
     acceleration_mps2: float
     accelerator: float
@@ -135,7 +136,7 @@ class Driver:
 
     profile: DriverProfile
     believed_mps: float | None
-    """The limit that he believes in; None: none."""
+    """The limit that the driver believes in; None: no limit."""
     _standing: list[_Standing] = field(default_factory=list)
     _beliefs: list[tuple[float, float]] = field(default_factory=list)
     _noticed_s: dict[str, float] = field(default_factory=dict)
@@ -151,7 +152,7 @@ class Driver:
         self._attention, self._dice = Attention(self.profile), Dice(self.profile.seed)
 
     def hear(self, advice: Advice, time_s: float) -> None:
-        """A message is spoken; he acts on it, or not, after his reaction time."""
+        """A message is spoken; the driver acts on it, or not, after the reaction time."""
         acts_s = time_s + self.profile.reaction_s
         if advice.warns:
             self._warned_s = time_s
@@ -168,7 +169,7 @@ class Driver:
             self._stand_by(advice, max(advice.target_mps, SLOWEST_ADVICE_MPS), time_s, holds_s)
 
     def drive(self, view: DriverView, dt: float) -> Wish:
-        """His next wish."""
+        """The driver's next wish."""
         self._way_m += view.speed_mps * dt
         self._read_signs(view)
         self._take_over_beliefs(view.time_s)
@@ -183,17 +184,17 @@ class Driver:
         return pedals(self._acceleration)
 
     def wanted_mps(self, view: DriverView) -> float:
-        """The speed he would drive on a free road."""
+        """The speed that the driver would drive on a free road."""
         own = (self.believed_mps or NO_LIMIT_MPS) * self.profile.speed_bias
         own *= self.profile.wet_slowdown if view.wet else 1.0
         told = [each.target_mps for each in self._heard_by(view.time_s)]
         return min([own, view.bend_mps, view.sense_mps, *told])
 
     def distracted(self, time_s: float) -> bool:
-        """Whether he looks elsewhere."""
+        """Whether the driver looks elsewhere."""
         return self._attention.distracted(time_s)
 
-    # What he does about each thing ---------------------------------------------------------------------------------
+    # What the driver does about each thing -------------------------------------------------------------------------
 
     def _demand(self, view: DriverView) -> float:
         free = free_road_mps2(view.speed_mps, self.wanted_mps(view), ACCELERATION_MPS2)
@@ -262,7 +263,7 @@ class Driver:
     # Noticing -------------------------------------------------------------------------------------------------------
 
     def _reacts(self, what: str, time_s: float) -> bool:
-        """Whether he has noticed something and his reaction time is over; the first question starts it."""
+        """Whether the driver has noticed something and the reaction time is over; the first question starts it."""
         if what not in self._noticed_s:
             warned = self._warned(time_s)
             starts = time_s if warned else self._attention.back_on_the_road_s(time_s) + self.profile.glance_s
@@ -313,17 +314,17 @@ class Driver:
     # Advice ---------------------------------------------------------------------------------------------------------
 
     def _complies(self, advice: Advice) -> bool:
-        """He has one mind about each limit, and one about each other topic, all drive long: who says more convinces no more."""
+        """The driver has one mind about each limit, and one about each other topic, all drive long: more messages convince no more."""
         limit_mps = advice.limit_mps if advice.ahead_mps is None else advice.ahead_mps
         about = advice.topic if limit_mps is None else f"limit {round(limit_mps * 3.6)}"
         return self._dice.says(self.profile.compliance, 3, zlib.crc32(about.encode()))
 
     def _heard_by(self, time_s: float) -> list[_Standing]:
-        """What he was told and has in mind now."""
+        """What the driver was told and has in mind now."""
         return [each for each in self._standing if each.from_s <= time_s < each.until_s]
 
     def _stand_by(self, advice: Advice, target_mps: float, time_s: float, holds_s: float) -> None:
-        """The topic's new word; what it said before he keeps to until he acts on the new one."""
+        """The topic's new word. The driver keeps to what the topic said before until the driver acts on the new word."""
         acts_s = time_s + self.profile.reaction_s
         mine = [each for each in self._standing if each.topic == advice.topic and each.until_s > acts_s]
         same = next((each for each in mine if abs(each.target_mps - target_mps) < 0.3), None)

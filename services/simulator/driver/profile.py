@@ -4,7 +4,7 @@ What is drawn, and from where (a, b of a beta; mean, spread of a normal):
 
 - Reaction to a message, to a lead or to something unexpected: log-normal, median 1.25 s (Green 2000, Transp. Hum. Factors
   2(3): unexpected but common signals, such as a lead's brake lights), spread 0.26, which is what parts Lerner's mean of
-  1.5 s from his 85th percentile of 1.9 s (1993, Proc. Hum. Factors Ergon. Soc. 37(2)). Cut to 0.7 to 2.5 s, the latter the
+  1.5 s from the 85th percentile of 1.9 s (1993, Proc. Hum. Factors Ergon. Soc. 37(2)). Cut to 0.7 to 2.5 s, the latter the
   US design value.
 - Habitual speed in ratio to the believed limit: normal, 1.0 and 0.11. Of cars on British motorways in 2022 45 % were
   above the limit and 8 % by 10 mph or more, on 30 mph roads 50 % and 5 % (Department for Transport, Vehicle speed
@@ -43,23 +43,23 @@ class DriverProfile:
 
     reaction_s: float = 1.2
     compliance: float = 0.9
-    """Probability that he does what a message says."""
+    """Probability that the driver does what a message says."""
     speed_bias: float = 1.06
-    """What he drives in ratio to the limit that he believes in."""
+    """What the driver drives in ratio to the limit that the driver believes in."""
     notices: float = 0.75
-    """Probability of noticing a sign of a kind that he knows."""
+    """Probability of noticing a sign of a kind that the driver knows."""
     misses_stop: float = 0.08
     distracted_every_s: float = 25.0
     distracted_for_s: float = 2.0
     headway_s: float = 1.3
     wet_slowdown: float = 0.97
-    """What he makes of a wet road by himself: too little."""
+    """The share of the dry speed that the driver keeps to on a wet road without advice; the driver slows down too little."""
     unready_mps2: float = -2.5
     """The hardest that the driver brakes for a vehicle ahead before having reacted."""
     brakes_mps2: float = math.inf
-    """How hard he brakes at most."""
+    """How hard the driver brakes at most."""
     glance_s: float = 0.0
-    """How long his eyes are still off the road when something unexpected comes, unless he is warned."""
+    """How long the driver's eyes are still off the road when something unexpected comes, unless the driver is warned."""
     seed: int = 0
 
 
@@ -94,7 +94,7 @@ class Attention:
             at += lasts
 
     def back_on_the_road_s(self, time_s: float) -> float:
-        """The first instant from `time_s` on at which he looks ahead."""
+        """The first instant from `time_s` on at which the driver looks ahead."""
         for start, end in self._episodes:
             if start <= time_s < end:
                 return end
@@ -103,7 +103,7 @@ class Attention:
         return time_s
 
     def distracted(self, time_s: float) -> bool:
-        """Whether he looks elsewhere now."""
+        """Whether the driver looks elsewhere now."""
         return self.back_on_the_road_s(time_s) > time_s
 
 
@@ -124,7 +124,7 @@ _FOREIGN_TO_OTHERS = frozenset({"national"})
 
 
 def understands(scenario: Scenario, post: Post) -> bool:
-    """Whether he knows what the post wants of him; a plate that he cannot read makes the whole post unclear."""
+    """Whether the driver knows what the post demands; a plate that the driver cannot read makes the whole post unclear."""
     return all(_known(scenario, post, code) for code in post.codes)
 
 
@@ -134,6 +134,6 @@ def _known(scenario: Scenario, post: Post, code: str) -> bool:
     word = code.partition(":")[0]
     if scenario.driver_country == "GBR":
         return word not in _FOREIGN_TO_BRITAIN
-    # Numbers in miles per hour mean nothing to him; he would drive on as before.
+    # Numbers in miles per hour mean nothing to the driver, who would drive on as before.
     miles = post.country == "GBR" and word in ("limit", "zone", "led")
     return not miles and word not in _FOREIGN_TO_OTHERS

@@ -17,7 +17,7 @@ SEES_LINE_M, SEES_CAR_M = 90.0, 200.0
 PATH_MARGIN_M = 0.25
 KEEPS_FROM_PEOPLE_M = 2.0
 WAITS_S = 5.0
-"""Drivers let pass who would be in their way within this time."""
+"""Drivers give way to a car out of a side road that would be in their way within this time."""
 EGO = 0
 """The ego's number among the cars that stand at lines; the others count from 1."""
 

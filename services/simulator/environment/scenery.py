@@ -16,7 +16,7 @@ LAMP_EVERY_M, POST_EVERY_M = 36.0, 50.0
 CLEAR_OF_JUNCTION_M = 7.0
 SIGHT_BEFORE_SIGN_M = 70.0
 OPEN_CORNER_M = 55.0
-"""Nothing is built or parked so far before a junction where one gives way: one must be able to see who comes."""
+"""Nothing is built or parked so far before a junction where one gives way: a driver must be able to see the cars that come."""
 PARKED_KINDS: tuple[ActorKind, ...] = ("saloon", "estate", "saloon", "van")
 Chance = np.random.Generator
 

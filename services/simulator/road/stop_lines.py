@@ -149,7 +149,7 @@ class Stood:
 
 
 def must_stop(state: LightState, speed_mps: float, distance_m: float) -> bool:
-    """Whether a light tells one to stop who is that far away: amber only if there is room."""
+    """Whether a light tells a driver that far away to stop: amber does only if there is room."""
     if state == "amber":
         return speed_mps * speed_mps / (2.0 * max(distance_m, 0.1)) < HARDEST_FOR_AMBER_MPS2
     return state in ("red", "red_amber")

@@ -124,7 +124,8 @@ def _read(legal: Legal, country: str, code: str, plate: str, road_class: RoadCla
 def _limit(legal: Legal, limit_mps: float, plate: str) -> Legal:
     if plate.startswith("plate:when_wet") and legal.country not in WITHOUT_WET_LIMITS:
         return replace(legal, wet_mps=limit_mps)
-    if plate in ("plate:lorries", "plate:time", "plate:arrow_left", "plate:arrow_right"):  # not for him who goes on
+    # These plates do not bind a driver who goes on.
+    if plate in ("plate:lorries", "plate:time", "plate:arrow_left", "plate:arrow_right"):
         return legal
     if plate == "plate:end":
         return replace(legal, stretch_mps=None)

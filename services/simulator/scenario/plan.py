@@ -180,7 +180,7 @@ class WalkersPlan(_Plan, frozen=True, kw_only=True):
 
 
 class CrosserPlan(PlacedPlan, frozen=True, kw_only=True):
-    """A person who crosses: at a crossing in his time, or stepping out as a hazard when the ego is `when_ego_within_m`."""
+    """A person who crosses: at a crossing when the plan says so, or stepping out as a hazard when the ego is within `when_ego_within_m`."""
 
     side: Literal["near", "far"] = "near"
     walks_up_m: Positive | None = None
@@ -225,7 +225,7 @@ class VehiclePlan(PlacedPlan, frozen=True, kw_only=True):
     direction: Literal["forward", "oncoming"] = "forward"
     speed_kmh: NonNegative
     keeps_kmh: Positive | None = None
-    """Never drives faster than this; without it, as the law and he please."""
+    """The vehicle never drives faster than this; without it, as the law and its driver please."""
     heeds_limits: bool = True
     halts: tuple[HaltPlan, ...] = ()
     lane_change: LaneChangePlan | None = None

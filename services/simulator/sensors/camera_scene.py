@@ -31,7 +31,7 @@ def car_actor(car: Car, lights_on: bool) -> Actor:
 
 
 def person_actor(route: Route, person: Person) -> Actor:
-    """A person on foot; who waits looks across the road, who moves looks where he goes."""
+    """A person on foot. A person who waits looks across the road; a person who moves looks along the way walked."""
     return Actor(
         id=PERSON_IDS + person.number,
         kind="pedestrian",

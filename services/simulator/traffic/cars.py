@@ -138,7 +138,7 @@ class Car(_Grounded, IDMVehicle):  # type: ignore[misc]
         super().step(dt)
 
     def handle_collisions(self, other: RoadObject, dt: float = 0) -> None:
-        """None with who comes the other way: both keep to their lanes, but in a bend a lorry, rigid here, reaches over the line,
+        """None with a car that comes the other way: both keep to their lanes, but in a bend a lorry, rigid here, reaches over the line,
         and two that had touched would stand for good."""
         if not (isinstance(other, Car) and direction_of(other.lane_index) != direction_of(self.lane_index)):
             super().handle_collisions(other, dt)

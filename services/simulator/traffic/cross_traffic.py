@@ -1,7 +1,7 @@
 """Cars out of side roads that have right of way: they come when the ego does, cross its road, and are gone.
 
-They go straight on at their speed and brake only for who is already in their way. Other cars let them pass, from both
-directions. They do not belong to highway-env, whose lanes all follow the ego's road.
+They go straight on at their speed and brake only for a car that is already in their way, or for a halt that is planned. Other cars
+let them pass, from both directions. They do not belong to highway-env, whose lanes all follow the ego's road.
 """
 
 import math

@@ -247,7 +247,10 @@ def _hazard_ttc_s(way: Way) -> float:
 
 
 def stop(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:
-    """The nearest red light or stop sign; and, for a driver who sets off below a light that only he can see, the request to look at it."""
+    """The nearest red light or stop sign.
+
+    For a driver who sets off below a light that only the driver can see, the request to look at the light.
+    """
     due = next((stop for stop in stops(state) if stop.why != "person" and not stop.doubted), None)
     found = _stop_candidate(state, due) if due is not None and "stop_required" in events else None
     if found is not None:
@@ -373,7 +376,7 @@ def give_way(state: State, target: Target, events: dict[str, Event]) -> Iterator
             return
     from_right = (
         side is not None and side.value == "right"
-    )  # who comes from there goes first where nothing says otherwise
+    )  # a road user from there goes first where nothing says otherwise
     yield Candidate(
         kind=Kind.GIVE_WAY,
         news=News(what=here.why),
