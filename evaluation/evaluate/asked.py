@@ -75,6 +75,17 @@ def answers_of(flags: argparse.Namespace) -> Callable[[RunSpec], RunSpec]:
     return with_answers
 
 
+def recorded_otherwise(flags: argparse.Namespace) -> str:
+    """What to know where the answers were recorded at another behaviour than today's; empty: nothing."""
+    at = cassette.recorded_at(Path(flags.answers)) if flags.answers else ""
+    if at in ("", behaviour()):
+        return ""
+    return (
+        f"{flags.answers} was recorded at behaviour {at}, and today's is {behaviour()}: runs in which a prompt has changed fail. "
+        "Drive them at the commit of that behaviour, or record anew with --record-answers."
+    )
+
+
 def check(flags: argparse.Namespace) -> None:
     """Raises UserError for what would be found out after hours, or would be ignored."""
     figure_of((1, 1), (1.0, 1.0))

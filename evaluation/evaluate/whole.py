@@ -44,6 +44,8 @@ def evaluate(flags: argparse.Namespace, beside: Sequence[held.Part] = ()) -> int
     runs = runs_of(rows, asked.amount(flags))
     if flags.published:
         screen.say(f"{flags.published}: {published.fit(lines)}")
+    if note := asked.recorded_otherwise(flags):
+        screen.say(note)
     asked.check_again(flags, lines, _by_key(runs, store))
     with store.alone():
         try:

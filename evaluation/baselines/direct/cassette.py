@@ -1,8 +1,9 @@
 """Answers to whole prompts, recorded: a file of JSON lines that drives the same rows again without the model.
 
-The first line is `{"cassette": 1}`. Each other line is one answer: backend, SHA-256 of the prompt, text, score, latency, and what the
-prompt was filled with. A backend's prompt has one answer: a recording asks for none that is there, so that the drive that records and
-the drive that plays hear the same, to the bit. Several processes may record into one file. A file that is only read may be `.gz`.
+The first line is `{"cassette": 1, "behaviour": ...}`, with the behaviour lock's digest when the recording began. Each other line is one
+answer: backend, SHA-256 of the prompt, text, score, latency, and what the prompt was filled with. A backend's prompt has one answer: a
+recording asks for none that is there, so that the drive that records and the drive that plays hear the same, to the bit. Several
+processes may record into one file. A file that is only read may be `.gz`.
 """
 
 import fcntl
@@ -16,6 +17,7 @@ import msgspec
 
 from drivemcp.errors import MALFORMED, UserError
 from evaluation.baselines.direct.template import Asked
+from evaluation.run.behaviour import behaviour
 
 VERSION = 1
 MOST_MS = 600_000.0
@@ -46,26 +48,38 @@ class Line(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True, forbid
         return Asked(self.context, self.query, self.passages, self.tools)
 
 
-class Head(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class Head(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True, forbid_unknown_fields=True):
     """The first line."""
 
     cassette: int
+    behaviour: str = ""
+    """The digest of the behaviour with which the recording began; empty: not noted."""
 
 
 def read(file: Path) -> list[Line]:
     """All answers. Raises UserError naming the file and what is wrong with it."""
+    return _read(file)[1]
+
+
+def recorded_at(file: Path) -> str:
+    """The behaviour with which the recording began; empty: not noted. Raises UserError as `read` does."""
+    return _read(file)[0].behaviour
+
+
+def _read(file: Path) -> tuple[Head, list[Line]]:
     try:
         raw = file.read_bytes()
-        return _lines(gzip.decompress(raw) if file.suffix == ".gz" else raw)
+        raw = gzip.decompress(raw) if file.suffix == ".gz" else raw
+        return _head(raw), _lines(raw)
     except (OSError, EOFError, zlib.error) as error:
         raise UserError(f"cassette {file}: {getattr(error, 'strerror', None) or error}") from None
     except MALFORMED as error:
         raise UserError(f"cassette {file}: {error}") from None
 
 
-def write(file: Path, lines: Iterable[Line]) -> None:
-    """A whole file, as `.gz` where its name says so: the same lines give the same bytes."""
-    raw = b"".join(msgspec.json.encode(each) + b"\n" for each in (Head(cassette=VERSION), *lines))
+def write(file: Path, lines: Iterable[Line], at: str = "") -> None:
+    """A whole file, as `.gz` where its name says so: the same lines, recorded at the same behaviour, give the same bytes."""
+    raw = b"".join(msgspec.json.encode(each) + b"\n" for each in (Head(cassette=VERSION, behaviour=at), *lines))
     file.write_bytes(gzip.compress(raw, mtime=0) if file.suffix == ".gz" else raw)
 
 
@@ -146,7 +160,7 @@ class Recording(Cassette):
         if len(whole) < len(rest):  # a process was ended in the middle of a line
             held.truncate(self._read_to + len(whole))
         if not whole and not self._read_to:
-            held.write(whole := msgspec.json.encode(Head(cassette=VERSION)) + b"\n")
+            held.write(whole := msgspec.json.encode(Head(cassette=VERSION, behaviour=behaviour())) + b"\n")
             held.flush()
         try:
             self.take(_lines(whole, begins=not self._read_to))
@@ -155,8 +169,15 @@ class Recording(Cassette):
         self._read_to += len(whole)
 
 
+def _head(raw: bytes) -> Head:
+    head = msgspec.json.decode(raw.partition(b"\n")[0], type=Head) if raw else None
+    if head is None or head.cassette != VERSION:
+        raise msgspec.ValidationError(f'its first line is not {{"cassette": {VERSION}}}')
+    return head
+
+
 def _lines(raw: bytes, *, begins: bool = True) -> list[Line]:
     lines = raw.splitlines()
-    if begins and (not lines or msgspec.json.decode(lines[0], type=Head).cassette != VERSION):
-        raise msgspec.ValidationError(f'its first line is not {{"cassette": {VERSION}}}')
+    if begins:
+        _head(raw)
     return [msgspec.json.decode(line, type=Line) for line in lines[begins:]]

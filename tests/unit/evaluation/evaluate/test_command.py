@@ -1,5 +1,6 @@
 """What the command line refuses, before anything is driven."""
 
+import argparse
 from contextlib import nullcontext
 from pathlib import Path
 
@@ -7,6 +8,8 @@ import pytest
 
 from drivemcp.cli import run
 from evaluation.baselines.direct.cassette import Line, write
+from evaluation.evaluate.asked import recorded_otherwise
+from evaluation.run.behaviour import behaviour
 
 
 @pytest.mark.parametrize(
@@ -79,6 +82,18 @@ def test_a_place_that_cannot_be_written_to_is_named(tmp_path: Path, capsys: pyte
     (file := tmp_path / "file").touch()
     assert run(["evaluate", "delta", "--quick", "--out", str(file)]) == 2
     assert f"runs cannot go into {file}/runs: Not a directory" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("at", "told"), [("0" * 12, True), (behaviour(), False), ("", False)], ids=["other", "same", "not noted"]
+)
+def test_answers_that_were_recorded_at_another_behaviour_are_said_to_be_before_anything_is_driven(
+    tmp_path: Path, at: str, told: bool
+) -> None:
+    write(file := tmp_path / "answers.jsonl", [Line(backend="b", prompt="x")], at)
+    note = recorded_otherwise(argparse.Namespace(answers=str(file)))
+    assert (f"was recorded at behaviour {at}, and today's is {behaviour()}" in note) == told
+    assert bool(note) == told
 
 
 def test_a_cassette_without_answers_of_a_rows_backend_is_refused_before_anything_is_driven(

@@ -21,9 +21,10 @@ from evaluation.baselines.direct.answer_sources import (
     source_of,
     template_of,
 )
-from evaluation.baselines.direct.cassette import MOST_MS, Cassette, Line, Recording, model_of, read, write
+from evaluation.baselines.direct.cassette import MOST_MS, Cassette, Line, Recording, model_of, read, recorded_at, write
 from evaluation.baselines.direct.template import Asked, filled, load
 from evaluation.baselines.direct.whole_prompts import answered
+from evaluation.run.behaviour import behaviour
 from services.drivelm.backends.config import AnswersConfig
 from services.drivelm.reading.crops import Picture
 from services.drivelm.service import SERVICE, DrivelmConfig
@@ -171,3 +172,15 @@ def test_the_reader_without_a_model_is_recorded_too_and_the_service_plays_it(
         with caplog.at_level(logging.ERROR):
             assert not b.call("answer_prompt", {"query": "another"}).ok
         assert "has no answer" in caplog.text
+
+
+def test_a_recording_notes_the_behaviour_with_which_it_began_and_an_older_one_without_it_is_read(
+    tmp_path: Path,
+) -> None:
+    new, old = tmp_path / "new.jsonl", tmp_path / "old.jsonl"
+    line = Recording(new, "b").add(Line(backend="b", prompt="0" * 64))
+    assert recorded_at(new) == behaviour()
+    old.write_bytes(b'{"cassette":1}\n' + msgspec.json.encode(line) + b"\n")
+    assert (recorded_at(old), read(old)) == ("", [line])
+    write(tmp_path / "copy.jsonl.gz", read(new), recorded_at(new))
+    assert recorded_at(tmp_path / "copy.jsonl.gz") == behaviour()
