@@ -61,6 +61,8 @@ def answers_of(flags: argparse.Namespace) -> Callable[[RunSpec], RunSpec]:
     if flags.record_answers and flags.answers:
         raise UserError("--record-answers and --answers: a run records its answers or plays them")
     lines = cassette.read(Path(flags.answers)) if flags.answers else []
+    if flags.record_answers:
+        cassette.Recording(Path(flags.record_answers), backend="", at=behaviour())  # a new file notes the behaviour
 
     def with_answers(spec: RunSpec) -> RunSpec:
         if not answers_prompts(spec) or not (flags.record_answers or flags.answers):

@@ -17,7 +17,6 @@ import msgspec
 
 from drivemcp.errors import MALFORMED, UserError
 from evaluation.baselines.direct.template import Asked
-from evaluation.run.behaviour import behaviour
 
 VERSION = 1
 MOST_MS = 600_000.0
@@ -121,13 +120,13 @@ class Cassette:
 
 
 class Recording(Cassette):
-    """A cassette that grows. Raises UserError where its file cannot be read or written."""
+    """A cassette that grows; a new file notes the behaviour `at`. Raises UserError where its file cannot be read or written."""
 
-    def __init__(self, file: Path, backend: str) -> None:
+    def __init__(self, file: Path, backend: str, at: str = "") -> None:
         if file.suffix == ".gz":
             raise UserError(f"cassette {file}: answers are recorded into a plain file; compress it afterwards")
         super().__init__(file, backend, ())
-        self._read_to = 0
+        self._read_to, self._at = 0, at
         with self._open() as held:
             self._read_on(held)
 
@@ -160,7 +159,7 @@ class Recording(Cassette):
         if len(whole) < len(rest):  # a process was ended in the middle of a line
             held.truncate(self._read_to + len(whole))
         if not whole and not self._read_to:
-            held.write(whole := msgspec.json.encode(Head(cassette=VERSION, behaviour=behaviour())) + b"\n")
+            held.write(whole := msgspec.json.encode(Head(cassette=VERSION, behaviour=self._at)) + b"\n")
             held.flush()
         try:
             self.take(_lines(whole, begins=not self._read_to))

@@ -24,7 +24,6 @@ from evaluation.baselines.direct.answer_sources import (
 from evaluation.baselines.direct.cassette import MOST_MS, Cassette, Line, Recording, model_of, read, recorded_at, write
 from evaluation.baselines.direct.template import Asked, filled, load
 from evaluation.baselines.direct.whole_prompts import answered
-from evaluation.run.behaviour import behaviour
 from services.drivelm.backends.config import AnswersConfig
 from services.drivelm.reading.crops import Picture
 from services.drivelm.service import SERVICE, DrivelmConfig
@@ -178,9 +177,10 @@ def test_a_recording_notes_the_behaviour_with_which_it_began_and_an_older_one_wi
     tmp_path: Path,
 ) -> None:
     new, old = tmp_path / "new.jsonl", tmp_path / "old.jsonl"
-    line = Recording(new, "b").add(Line(backend="b", prompt="0" * 64))
-    assert recorded_at(new) == behaviour()
+    Recording(new, "", at="1f")
+    line = Recording(new, "b", at="2e").add(Line(backend="b", prompt="0" * 64))
+    assert (recorded_at(new), read(new)) == ("1f", [line])
     old.write_bytes(b'{"cassette":1}\n' + msgspec.json.encode(line) + b"\n")
     assert (recorded_at(old), read(old)) == ("", [line])
     write(tmp_path / "copy.jsonl.gz", read(new), recorded_at(new))
-    assert recorded_at(tmp_path / "copy.jsonl.gz") == behaviour()
+    assert recorded_at(tmp_path / "copy.jsonl.gz") == "1f"
