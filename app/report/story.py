@@ -110,9 +110,10 @@ def _seen(tick: Tick) -> Iterator[str]:
     for told in (environment.get("signs") or ())[:SEEN_MOST]:
         sign = told.get("value") or {}
         place = sign.get("distance_m")
-        where = f" {place:.0f} m ahead" if isinstance(place, int | float) else ""
+        where = f", {place:.0f} m ahead" if isinstance(place, int | float) else ""
         doubt = "" if sign.get("believed") else ", not yet believed"
-        yield f"sign {str(sign.get('reading', '?'))[:40]}{where}, confidence {told.get('confidence', 0.0):.2f}{doubt}"
+        face = str(sign.get("reading", "?"))[:40].replace("_", " ").replace(":", " ")
+        yield f"sign {face}{where}, confidence {told.get('confidence', 0.0):.2f}{doubt}"
 
 
 def _closing(mps: float) -> str:
@@ -136,7 +137,7 @@ def _car(tick: Tick) -> str:
         return "nothing is known of the car's health"
     h, codes = told.message.get("h"), told.message.get("dtcs") or ()
     lamps = told.message.get("warning_lamps") or ()
-    parts = [f"degradation {h:.2f}" if isinstance(h, int | float) else "degradation unknown"]
+    parts = [f"degradation {h:.2f} of 1" if isinstance(h, int | float) else "degradation unknown"]
     parts += [f"codes {', '.join(map(str, codes))}"] if codes else []
     parts += [f"lamps {', '.join(map(str, lamps))}"] if lamps else []
     return "; ".join(parts)
