@@ -71,7 +71,8 @@ def _on_one_clock(records: Iterable[Numbered], remark: Tell, refuse: Tell) -> It
         window.extend(itertools.islice(stream, 1))
         stamp_s = message.timestamp
         ahead_s = 0.0 if newest_s is None else stamp_s - newest_s
-        if (newest_s is None or ahead_s > GAP_S) and any(later.timestamp < stamp_s - GAP_S for _, later in window):
+        behind = sum(later.timestamp < stamp_s - GAP_S for _, later in window)
+        if behind > len(window) / 2 if newest_s is None else behind and ahead_s > GAP_S:
             refuse(number, "its time lies hours after that of what follows")
             continue
         back = ahead_s < -BACK_S and not any(later.timestamp > stamp_s + BACK_S for _, later in window)

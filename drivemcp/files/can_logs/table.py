@@ -11,6 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import can
+from can.util import dlc2len
 
 from drivemcp.files.can_logs.text import Form, excerpt, seconds
 from drivemcp.files.since_1970 import UNTOLD_TO, counts_per_s
@@ -25,7 +26,7 @@ COLUMNS: Mapping[str, str] = {
     "time": rf"(?:(?:abs(?:olute)?[ _]?)?time(?:[ _]?stamps?|[ _]?offset|stampepoch)?|zeit(?:stempel)?){_UNIT}",
     "id": rf"{_OWN}(?:(?:arb(?:itration)?|can|message|msg)?[ _]?id|identifier|addr(?:ess)?){_BASE}",
     "extended": rf"{_OWN}(?:ide|xtd|ext(?:ended)?|is[ _]extended.*)",
-    "bus": rf"{_OWN}(?:bus[ _]?channel|bus|channel|chn|kanal)",
+    "bus": rf"{_OWN}(?:bus[ _]?channel|bus|chan(?:nel)?|chn|kanal|network|interface)",
     "length": rf"{_OWN}(?:dlc|len(?:gth)?|data[ _]?length(?:[ _]?code)?|size)",
     "remote": rf"{_OWN}(?:rtr|remote)",
     "error": r"er|err(?:or)?",
@@ -33,6 +34,15 @@ COLUMNS: Mapping[str, str] = {
     "data": rf"{_OWN}(?:data[ _]?(?:bytes?|field)?|payload|message[ _]?data|daten){_BASE}",
 }
 _BYTE = re.compile(rf"(?:d|b|data|byte)[ _]?\d+{_BASE}")
+_KIND = re.compile(r"(?:(?:frame|msg|message|id|can[ _]?id)[ _]?)?(?:type|format|flags?)")
+KINDS: Mapping[str, frozenset[str]] = {
+    "extended": frozenset({"x", "xr", "xtd", "ext", "extended", "eff"}),
+    "remote": frozenset({"rtr", "remote", "sr", "xr"}),
+    "error": frozenset({"err", "error", "errorframe"}),
+    "fd": frozenset({"fd", "fdf", "canfd"}),
+}
+"""Words in a column for the kind of frame; `R` is left out, since it may stand for received."""
+LARGEST_ID = (1 << 29) - 1
 _TRUE = ("1", "t", "true", "x", "yes", "ext", "extended", "rtr", "r", "y")
 _BARE = re.compile(r"\d+\.\d+,[0-9a-f]{3,8},\d{1,2},(?:[0-9a-f]{2}(?:,|$))+", re.I)
 """A row of a data set without a header: time, id, length, bytes, and perhaps a label."""
@@ -50,6 +60,8 @@ class Header(NamedTuple):
     places: Mapping[str, int]
     bytes_at: tuple[int, ...]
     """Columns of one byte each."""
+    kinds_at: tuple[int, ...]
+    """Columns that say what kind of frame it is."""
     unit: str
     id_base: int
     """0: not said."""
@@ -85,6 +97,7 @@ def _header(lines: int, delimiter: str, names: Sequence[str]) -> Header | None:
     return Header(
         lines, delimiter, {what: found[0] for what, found in matched.items() if found},
         () if data else tuple(at for at, _ in each_byte),
+        tuple(at for at, name in enumerate(names) if _KIND.fullmatch(name)),
         time[1]["unit"] or ("us" if ours else ""), _BASES[id_said], _BASES[data_said or ("hex" if ours else "")],
     )  # fmt: skip
 
@@ -120,6 +133,8 @@ class Table(Form):
             return 16
         if any(text.isdigit() and int(text, 16) > 0x7FF for text in short):
             return 10
+        if any(text.isdigit() and int(text, 16) > LARGEST_ID for text in texts):
+            return 10
         self.remark = "its header does not say whether ids are hexadecimal; they are taken as such (name the column `ID (dec)` if not)"
         return 16
 
@@ -127,6 +142,8 @@ class Table(Form):
         texts = [text for row in rows for text in self._bytes(row)]
         if any(text.startswith("[") for text in (self._cell(row, "data") for row in rows)):
             return 10
+        if any(re.fullmatch("(?:0x)?(?:[0-9a-f]{2}){2,}", self._cell(row, "data"), re.I) for row in rows):
+            return 16  # bytes without a gap between them
         if any(re.search("[a-f]", text, re.I) or (len(text) == 2 and text.startswith("0")) for text in texts):
             return 16
         return 10 if any(len(text) == 3 for text in texts) else self._id_base
@@ -142,31 +159,38 @@ class Table(Form):
         text = self._cell(row, "id")
         number = int(re.sub("[xh]$", "", text, flags=re.I), self._id_base)
         extended = (
-            self._true(row, "extended") if "extended" in self._header.places else number > 0x7FF or text[-1:] in "xX"
+            self._true(row, "extended")
+            if "extended" in self._header.places
+            else number > 0x7FF or text[-1:] in "xX" or self._says(row, "extended")
         )
-        remote = self._true(row, "remote")
+        remote, error = self._says(row, "remote"), self._says(row, "error")
         data = bytes(int(each, self._data_base) for each in self._bytes(row))
         length = self._cell(row, "length")
         told = int(length) if length.isdigit() else len(data)
-        fd = self._true(row, "fd") if "fd" in self._header.places else len(data) > 8
-        if not remote and self._header.bytes_at:
+        fd = self._true(row, "fd") if "fd" in self._header.places else len(data) > 8 or self._says(row, "fd")
+        if not remote and self._header.bytes_at and len(data) != dlc2len(min(told, 15)):
             data = data[:told]
         bus = self._cell(row, "bus")
         return can.Message(
             timestamp=self._time(self._cell(row, "time")), arbitration_id=number, is_extended_id=extended, is_fd=fd,
-            is_remote_frame=remote, is_error_frame=self._true(row, "error"), channel=bus or None,
-            dlc=told if remote else len(data), data=b"" if remote else data,
+            is_remote_frame=remote, is_error_frame=error, channel=bus or None,
+            dlc=len(data) if error else told, data=b"" if remote else data,
         )  # fmt: skip
 
     def _time(self, text: str) -> float:
         value = seconds(text)
         if value is None:
             raise ValueError
-        return value / _PER_S.get(self._header.unit, counts_per_s(value))
+        return value if ":" in text else value / _PER_S.get(self._header.unit, counts_per_s(value))
 
     def _cell(self, row: Sequence[str], what: str) -> str:
         at = self._header.places.get(what)
         return row[at].strip() if at is not None and at < len(row) else ""
+
+    def _says(self, row: Sequence[str], what: str) -> bool:
+        """Whether a column of its own or one for the kind of frame says so."""
+        kinds = (row[at].lower() for at in self._header.kinds_at if at < len(row))
+        return self._true(row, what) or any(not KINDS[what].isdisjoint(re.findall("[a-z]+", each)) for each in kinds)
 
     def _true(self, row: Sequence[str], what: str) -> bool:
         return self._cell(row, what).lower() in _TRUE
@@ -194,6 +218,9 @@ class Table(Form):
     def malformed(self, text: str) -> str:
         if self._without_unit:
             return "its times are whole numbers, and its header names no unit: name the column `time_ms` or `time_us`"
+        row = _cells(text, self._header.delimiter)
+        if (time := self._cell(row, "time")) and seconds(time) is None:
+            return f"its time {excerpt(time)} is neither seconds, a time of day nor an ISO 8601 time"
         return f"is no row of this table: {excerpt(text)}"
 
 

@@ -33,6 +33,7 @@ _RAW_LENGTH = re.compile(r"_[9A-F]$", re.I)
 _ERROR_FRAME = re.compile(r"^[2367ABEF][0-9A-F]{7}#.*$", re.I)
 """SocketCAN's mark of an error frame, of whatever class; python-can knows one class and takes the others for data."""
 CSV_HEADER = "timestamp,arbitration_id,extended,remote,error,dlc,data"
+_OF_DAY = re.compile(r"(?:\S+[\sT]\s*)?(\d{1,2}):([0-5]\d):([0-5]\d)(?:[.,:](\d+))?\s*(?:([ap])\.?m\.?)?", re.I)
 _TRC_COMMA = re.compile(r"^(;\$STARTTIME=\d+|\s*\d+\)?\s+-?\d+),(\d+)")
 _TRC_KEYWORD = re.compile(r"\s*;\$([A-Z]+)=([^;\s]*)[;\s]*$", re.I)
 """A line of the head; PEAK ends some with a semicolon, which is no part of the value."""
@@ -187,6 +188,8 @@ class Trc(Form):
     """Of version 1.2: it is 1.3 without the column that is reserved there; python-can knows the latter alone."""
 
     def line(self, text: str) -> str:
+        if not text.strip():
+            return ";\n"  # python-can takes an empty line for the end of the head
         if said := _TRC_KEYWORD.match(text):
             key, value = said.groups()
             self._bare = self._bare or (key, value) == ("FILEVERSION", "1.2")
@@ -221,7 +224,7 @@ def _from_screen(text: str) -> tuple[str | None, ...] | None:
 
 
 def seconds(text: str) -> float | None:
-    """Seconds since 1970, or since some start; or a date and a time of day."""
+    """Seconds since 1970, or since some start; of a date that is not ISO 8601 the time of day alone."""
     try:
         return float(text.replace(",", "."))
     except ValueError:
@@ -229,7 +232,15 @@ def seconds(text: str) -> float | None:
     try:
         return datetime.fromisoformat(text.strip()).timestamp()
     except (ValueError, OverflowError, OSError):
+        return _second_of_day(text.strip())
+
+
+def _second_of_day(text: str) -> float | None:
+    found = _OF_DAY.fullmatch(text)
+    if found is None or int(found[1]) > 23:
         return None
+    hour = int(found[1]) % 12 + (12 if found[5].lower() == "p" else 0) if found[5] else int(found[1])
+    return hour * 3600 + int(found[2]) * 60 + float(f"{found[3]}.{found[4] or 0}")
 
 
 def open_text(path: Path) -> IO[str]:

@@ -409,3 +409,18 @@ def test_a_request_to_send_is_not_counted_beside_its_frame(tmp_path: Path) -> No
     log, times, _ = read(tmp_path / "drive.asc", HEADER + sent)
     assert len(times) == 40
     assert "40 lines not read, first line 4 is no CAN frame" in log.summary
+
+
+def test_empty_lines_in_the_head_of_a_trc_log_end_nothing(tmp_path: Path) -> None:
+    line, columns = TRC_HEADS["2.1"]
+    head = f";$FILEVERSION=2.1\r\n\r\n;$STARTTIME=39878.6772258947\r\n{columns}\r\n"
+    log, times, _ = read(tmp_path / "drive.trc", f"{head}{line}\r\n{line.replace('1059', '1079')}")
+    assert times == pytest.approx([0.0, 0.02])
+    assert log.summary == ""
+
+
+def test_a_clock_that_is_set_back_soon_after_the_beginning_costs_no_frame(tmp_path: Path) -> None:
+    log = candump(tmp_path / "clock.log", [START_S + 0.02 * n - (8e4 if n >= 12 else 0.0) for n in range(40)])
+    assert len(list(log)) == 40
+    assert "record 13: its time jumps by" in log.summary
+    assert log.malformed == 0

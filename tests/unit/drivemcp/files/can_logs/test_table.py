@@ -148,3 +148,56 @@ def test_a_table_of_decoded_signals_is_no_log(tmp_path: Path) -> None:
     log, found = read(tmp_path / "drive.csv", "Time[s],VehicleSpeed[km/h]\n0.0,50.1\n0.1,50.2\n")
     assert found == []
     assert "a row of python-can's .csv log" in log.nothing
+
+
+def test_a_row_that_lacks_bytes_is_told_and_changes_the_base_of_no_other(tmp_path: Path) -> None:
+    rows = "1.00,0x100,2,1122\n1.01,0x100,2,112\n1.02,0x100,8,1122\n1.03,0x100,2,3344\n"
+    log, found = read(tmp_path / "drive.csv", "time,id,len,data\n" + rows)
+    assert [each[3] for each in found] == [b"\x11\x22", b"\x33\x44"]
+    assert "line 3: is no row of this table" in log.notes[0]
+    assert "record 3: 2 bytes where it says 8" in log.notes[1]
+
+
+def test_a_length_code_of_a_long_frame_cuts_no_bytes(tmp_path: Path) -> None:
+    head = f"time,id,dlc,{','.join(f'd{at}' for at in range(12))}\n"
+    log, found = read(tmp_path / "drive.csv", head + f"1.00,0x100,9,{LONG.hex(',')}\n")
+    assert [each[3] for each in found] == [LONG]
+    assert log.summary == ""
+
+
+def test_the_kind_of_a_frame_may_stand_in_one_column(tmp_path: Path) -> None:
+    path = tmp_path / "drive.csv"
+    kinds = ("Std Data", "Ext Data", "Remote Frame", "Error Frame", "CAN-FD", "CANFD")
+    rows = "".join(f"1.0{at},100,{kind},1,0A\n" for at, kind in enumerate(kinds))
+    path.write_text("Time,ID (hex),Frame Type,DLC,Data (hex)\n" + rows)
+    frames = [each.frame for each in CanLog(path)]
+    assert [(each.extended, each.remote, each.error, each.fd) for each in frames] == [
+        (False, False, False, False), (True, False, False, False), (False, True, False, False), (False, False, True, False),
+        (False, False, False, True), (False, False, False, True),
+    ]  # fmt: skip
+
+
+def test_numbers_too_large_for_an_id_in_hexadecimal_are_decimal(tmp_path: Path) -> None:
+    _, found = read(tmp_path / "drive.csv", "time,id,data\n1.0,256,10 11\n1.1,419361024,12 13\n")
+    assert [each[1] for each in found] == [0x100, 0x18FEF100]
+
+
+@pytest.mark.parametrize("name", ["Chan", "Network"])
+def test_a_bus_is_known_by_more_names(name: str, tmp_path: Path) -> None:
+    log, _ = read(tmp_path / "drive.csv", f"time,{name},id,data\n1.0,1,0x100,0A\n1.1,2,0x100,0B\n")
+    assert log.channels() == {"1": 1, "2": 1}
+
+
+@pytest.mark.parametrize(
+    "times",
+    [
+        ("10:00:00.100", "10:00:00.350"),
+        ("01.05.2024 10:00:00,100", "01.05.2024 10:00:00,350"),
+        ("5/1/2024 1:00:00.100 PM", "5/1/2024 1:00:00.350 PM"),
+    ],
+)
+def test_times_of_day_are_read_and_one_that_is_none_is_named(times: tuple[str, str], tmp_path: Path) -> None:
+    rows = "".join(f"{each};0x100;0A\n" for each in (*times, "25:00"))
+    log, found = read(tmp_path / "drive.csv", "Time;ID;Data\n" + rows)
+    assert [each[0] for each in found] == pytest.approx([0.0, 0.25])
+    assert "line 4: its time '25:00' is neither seconds, a time of day nor an ISO 8601 time" in log.summary
