@@ -46,18 +46,32 @@ def _sentences(text: str, left: Left) -> Iterator[tuple[str, Any]]:
 
 
 def _moving(said: list[tuple[str, Any]], left: Left) -> Iterator[Fix]:
+    """By date and time; by the time of day over midnight where no sentence has a date."""
+    dated, clock = any(_has_date(each) for _, each in said), Clock()
     for where, each in said:
         place = _place(each) if each.status == "A" else None
         if place is None:
             left.add("the receiver had no fix", where)
             continue
-        day, clock = each.datestamp, each.timestamp  # left as text where they do not parse
-        if not isinstance(day, date) or not isinstance(clock, time) or day.year < RECEIVERS_START:
+        of_day = each.timestamp  # left as text where it does not parse
+        if not isinstance(of_day, time) or (dated and not _has_date(each)):
             left.add("it has no date or time", where)
             continue
-        at = datetime.combine(day, clock.replace(tzinfo=UTC))
+        at_s = (
+            datetime.combine(each.datestamp, of_day.replace(tzinfo=UTC)).timestamp()
+            if dated
+            else clock.after(_second(of_day))
+        )
         knots = number(each.data[6])
-        yield Fix(at.timestamp(), *place, knots * MPS_PER_KNOT if knots is not None else None, number(each.data[7]))
+        yield Fix(at_s, *place, knots * MPS_PER_KNOT if knots is not None else None, number(each.data[7]))
+
+
+def _has_date(said: Any) -> bool:
+    return isinstance(said.datestamp, date) and said.datestamp.year >= RECEIVERS_START
+
+
+def _second(of_day: time) -> float:
+    return of_day.hour * 3600 + of_day.minute * 60 + of_day.second + of_day.microsecond / 1e6
 
 
 def _standing(said: list[tuple[str, Any]], left: Left) -> Iterator[Fix]:
@@ -73,9 +87,7 @@ def _standing(said: list[tuple[str, Any]], left: Left) -> Iterator[Fix]:
         elif not isinstance(each.timestamp, time):
             left.add("it has no date or time", where)
         else:
-            of_day = each.timestamp
-            second = of_day.hour * 3600 + of_day.minute * 60 + of_day.second + of_day.microsecond / 1e6
-            yield Fix(clock.after(second), *place)
+            yield Fix(clock.after(_second(each.timestamp)), *place)
 
 
 def _place(said: Any) -> tuple[float, float] | None:

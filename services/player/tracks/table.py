@@ -1,7 +1,10 @@
 """Tracks as tables (CSV): columns by the names in the header."""
 
+import contextlib
 import csv
+import itertools
 import re
+import statistics
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import UTC, datetime
 from typing import NamedTuple
@@ -13,8 +16,8 @@ from services.player.tracks.fix import Clock, Fix, Left, number
 
 _AND_UNIT = r"[ _]*[(\[]?(?:utc|gmt|(?P<unit>s|sec|seconds|ms|msec|milliseconds?|us|µs|microseconds?|ns))?[)\]]?"
 COLUMNS: Mapping[str, str] = {
-    "time": r"(?:gps|unix)?[ _]?(?:time|timestamp|t|seconds|elapsed[a-z _]*?|utc|date.?time|zeit|zeitstempel|uhrzeit"
-    r"|temps|heure|horodatage|tijd|tijdstip|hora|tiempo|ora|tempo|czas)"
+    "time": r"(?:gps|unix|utc|local|device|system)?[ _]?(?:time|timestamp|t|seconds|elapsed[a-z _]*?|utc|epoch(?:[ _]time)?|date.?time"
+    r"|zeit|zeitstempel|uhrzeit|temps|heure|horodatage|tijd|tijdstip|hora|tiempo|ora|tempo|czas)"
     rf"{_AND_UNIT}",
     "latitude": r"(?:gps[ _]?)?lat|(?:gps[ _]?)?latitu.*|lat[ _]?\(?d.*|breite(?:ngrad)?.*|breedte(?:graad)?.*|szeroko[sś][cć].*",
     "longitude": r"(?:gps[ _]?)?(?:lon|lng|long)|(?:gps[ _]?)?longitu.*|lon[ _]?\(?d.*|l(?:ä|ae)nge(?:ngrad)?.*"
@@ -34,6 +37,11 @@ TIME_UNITS = {
     **dict.fromkeys(("us", "µs", "microsecond", "microseconds"), 1e6),
     "ns": 1e9,
 }
+HEAD_LINES = 50
+"""Among these the header stands; some programs write about the file before it."""
+LONGEST_STEP_S = 60.0
+"""Between the fixes of a track that is of use; a longer one may be of another unit."""
+SINCE_1970 = 9e8
 _OF_DAY = re.compile(r"(?:^|[\sT])(\d{1,2}):(\d{2})(?::(\d{2}(?:[.,]\d+)?))?\s*(?:([ap])\.?m\.?)?\s*(?:UTC|Z)?$", re.I)
 _DIGITS = re.compile(r"([01]\d|2[0-3])([0-5]\d)([0-5]\d(?:\.\d+)?)")
 
@@ -52,16 +60,18 @@ class _Row(NamedTuple):
 
 
 def fixes(text: str, left: Left) -> Iterator[Fix]:
-    """Columns by the names in the first line that is no remark. Raises ValueError naming the column, or OtherTableError."""
+    """Columns by the names in the first line that names those of a track. Raises ValueError naming the column, or OtherTableError."""
     lines = text.splitlines()
-    first = next((at for at, line in enumerate(lines) if line.strip() and not re.match(r"\s*(#|sep=)", line)), 0)
-    delimiter = max(",;\t", key=lines[first].count) if lines else ","
+    first = _header_at(lines)
+    delimiter = _delimiter(lines[first]) if lines else ","
     table = csv.reader(lines[first:], delimiter=delimiter)
     names = [name for name in next(table, []) if name]
     columns = _columns(names)
     unit = re.fullmatch(COLUMNS["time"], columns["time"].strip().lower())
     rows = list(_rows(table, first, delimiter, names, columns, left))
     as_sentences = in_minutes([(row.latitude_deg, row.longitude_deg) for row in rows])
+    if not as_sentences and not (unit and unit["unit"]):
+        _check_unit(columns["time"], [row.time for row in rows])
     clock = Clock()
     for row in rows:
         at_s = _time(row.time, unit["unit"] if unit else "", delimiter, clock, digits=as_sentences)
@@ -72,6 +82,32 @@ def fixes(text: str, left: Left) -> Iterator[Fix]:
         if as_sentences:
             latitude, longitude = of_minutes(latitude), of_minutes(longitude)
         yield Fix(at_s, latitude, longitude, row.speed_mps, row.course_deg)
+
+
+def _header_at(lines: Sequence[str]) -> int:
+    """The first line that names the columns of a track, else the first that is no remark."""
+    told = [at for at, line in enumerate(lines[:HEAD_LINES]) if line.strip() and not re.match(r"\s*(#|sep=)", line)]
+    for at in told:
+        with contextlib.suppress(OtherTableError):
+            _columns([name for name in next(csv.reader([lines[at]], delimiter=_delimiter(lines[at]))) if name])
+            return at
+    return told[0] if told else 0
+
+
+def _delimiter(line: str) -> str:
+    return max(",;\t", key=line.count)
+
+
+def _check_unit(name: str, times: Sequence[str]) -> None:
+    """That whole numbers count seconds. Raises ValueError where they may count something else."""
+    values = sorted(int(each) for each in times if each.isdigit())
+    if len(values) < max(2, len(times)) or values[-1] > SINCE_1970:
+        return
+    step = statistics.median(after - before for before, after in itertools.pairwise(values))
+    if step > LONGEST_STEP_S:
+        raise ValueError(
+            f"column {name!r} has whole numbers in steps of {step:g}: name their unit, as in time_ms or time_s"
+        )
 
 
 def _columns(names: list[str]) -> dict[str, str]:
@@ -145,7 +181,7 @@ def _column(names: Sequence[str], pattern: str) -> str:
 
 
 def _speed_column(names: list[str]) -> tuple[str, float]:
-    """The column of the speed and what turns it into m/s; none: no name."""
+    """The column of the speed, which may be named by its unit alone, and what turns it into m/s; none: no name."""
     unknown = ""
     for name in names:
         found = re.match(rf"(?:gps|ground)?[ _]?(?:{SPEEDS})(?P<unit>.*)", name.strip().lower())
@@ -156,15 +192,16 @@ def _speed_column(names: list[str]) -> tuple[str, float]:
             unknown = unknown or name
     if unknown:
         raise ValueError(f"column {unknown!r}: name its unit, as in speed_kmh ({', '.join(SPEED_UNITS)})")
-    return "", 1.0
+    bare = ((name, re.sub(r"[ ()\[\]]", "", name.lower())) for name in names)
+    return next(((name, SPEED_UNITS[unit]) for name, unit in bare if unit in SPEED_UNITS), ("", 1.0))
 
 
 def _time(text: str, unit: str | None, delimiter: str, clock: Clock, *, digits: bool = False) -> float | None:
     """Seconds; of a date that is not ISO 8601 the time of day counts, since day and month may stand in either order.
 
-    `digits`: 100059 is one second before 100100.
+    `digits`: 100059 is one second before 100100, as it is behind a date.
     """
-    if digits and not unit and (found := _DIGITS.fullmatch(text.rpartition(" ")[2])):
+    if (digits or " " in text) and not unit and (found := _DIGITS.fullmatch(text.rpartition(" ")[2])):
         return clock.after(int(found[1]) * 3600 + int(found[2]) * 60 + float(found[3]))
     value = number(text, delimiter)
     if value is not None:

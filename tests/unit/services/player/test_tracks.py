@@ -145,3 +145,47 @@ def test_waypoints_and_other_kinds_of_files_say_what_to_do(tmp_path: Path) -> No
     path.write_text("<kml/>")
     with pytest.raises(UserError, match="GPSBabel turns other kinds"):
         read_track(path)
+
+
+@pytest.mark.parametrize(
+    ("head", "times"),
+    [
+        ("epoch,lat,lon", ("1767225600", "1767225601")), ("epoch_ms,lat,lon", ("1767225600000", "1767225601000")),
+        ("UTC time,lat,lon", ("10:00:59", "10:01:00")), ("local_time,lat,lon", ("2026-05-01 10:00:59", "2026-05-01 10:01:00")),
+        ("date,time,lat,lon", ("010526,100059", "010526,100100")), ("Written by a lap timer\n\ntime (s),lat,lon", ("0", "1")),
+    ],
+)  # fmt: skip
+def test_a_header_is_found_behind_remarks_and_its_time_by_more_names(
+    head: str, times: tuple[str, str], tmp_path: Path
+) -> None:
+    path = tmp_path / "drive.csv"
+    path.write_text("\n".join((head, *(f"{each},48.1,11.5" for each in times))))
+    assert [each.at_s for each in read_track(path)] == [0.0, 1.0]
+    assert not_read(path) == ""
+
+
+@pytest.mark.parametrize(("unit", "speed"), [("km/h", 10.0), ("mph", 16.09), ("(kn)", 18.52)])
+def test_a_speed_whose_column_is_named_by_its_unit_is_read(unit: str, speed: float, tmp_path: Path) -> None:
+    path = tmp_path / "drive.csv"
+    path.write_text(f"time,lat,lon,{unit}\n0,48.1,11.5,36\n1,48.1,11.5,36\n")
+    assert [each.speed_mps for each in read_track(path)] == pytest.approx([speed, speed], abs=0.01)
+
+
+def test_times_that_may_count_milliseconds_are_asked_for(tmp_path: Path) -> None:
+    path = tmp_path / "drive.csv"
+    rows = "0,48.1,11.5\n1000,48.1,11.5\n2000,48.1,11.5\n"
+    path.write_text("time,lat,lon\n" + rows)
+    with pytest.raises(
+        UserError, match="column 'time' has whole numbers in steps of 1000: name their unit, as in time_ms"
+    ):
+        read_track(path)
+    path.write_text("time_ms,lat,lon\n" + rows)
+    assert [each.at_s for each in read_track(path)] == [0.0, 1.0, 2.0]
+
+
+def test_sentences_without_a_date_count_by_the_time_of_day(tmp_path: Path) -> None:
+    path = tmp_path / "drive.nmea"
+    times = ("235959.00", "000000.00", "000001.50")
+    path.write_text("".join(sentence(f"GPRMC,{at},A,4806.000,N,01130.000,E,19.44,90.0,,,") for at in times))
+    assert [each.at_s for each in read_track(path)] == [0.0, 1.0, 2.5]
+    assert [each.speed_mps for each in read_track(path)] == pytest.approx([10.0] * 3, abs=0.01)
