@@ -16,6 +16,8 @@ logging.getLogger("can.io.trc").setLevel(logging.ERROR)
 """It tells of each line that it cannot read; so do we, by its number."""
 EVENT = re.compile(r"\s*(-?)(\d+)[.,](\d+)(?=\s)")
 """How an event of an .asc begins: its stamp, whose decimal point some locales write as a comma."""
+_BASE = re.compile(r"^\s*base\s+(hex|dec)(?:.*\btimestamps\s+(relative|absolute))?", re.I | re.M)
+_FD_ERROR = re.compile(r"^\s+CANFD\s+(\d+)\s+(?:[RT]x\s+)?ErrorFrame\b.*", re.I)
 _REQUEST = re.compile(r"\s+(?:CANFD\s+)?\d+\s+(?:\S+\s+){0,2}TxRq\b", re.I)
 """A request to send is no frame yet; the frame has a line of its own."""
 HEADER_LINES = 1000
@@ -61,7 +63,7 @@ _ITS_OWN = {
     ".log": "(",
     ".asc": "date base ",
     ".trc": ";$FILEVERSION",
-    ".csv": CSV_HEADER,
+    ".csv": f"{CSV_HEADER} Time Stamp,ID,",
     ".blf": "LOGG",
     ".mf4": "MDF     4",
 }
@@ -111,18 +113,24 @@ class Asc(Form):
 
     def __init__(self, header: list[str]) -> None:
         text = "".join(header)
-        base = re.search(r"^\s*base\s+(hex|dec)", text, re.I | re.M)
+        base = _BASE.search(text)
         self._base = base[1].lower() if base else "hex"
         self._differences = bool(re.search(r"\btimestamps\s+relative", text, re.I))
+        self._reader: Any = None
         self._at_s = 0.0
         self.remark = "" if base else "no line 'base': numbers are taken as hexadecimal"
 
     def make(self, lines: Any) -> Any:
         lines.put_back("\n")  # python-can looks for a header first; this one was read here
-        return can.ASCReader(lines, base=self._base)
+        self._reader = can.ASCReader(lines, base=self._base)
+        return self._reader
 
     def line(self, text: str) -> str:
         self.stamp_s = None
+        if (base := _BASE.match(text)) and self._reader is not None:  # of another measurement behind the first
+            self._reader._converted_base = 10 if base[1].lower() == "dec" else 16
+            self._differences = base[2].lower() == "relative" if base[2] else self._differences
+            return text
         event = EVENT.match(text)
         if event is None:
             return text
@@ -132,7 +140,8 @@ class Asc(Form):
         stamp_s = float(f"{sign}{whole}.{part}")
         self._at_s = self._at_s + stamp_s if self._differences else stamp_s
         self.stamp_s = self._at_s
-        return f"{whole}.{part}{text[event.end() :]}"
+        rest = _FD_ERROR.sub(r" \1  ErrorFrame", text[event.end() :])
+        return f"{whole}.{part}{rest}"
 
     def unread(self, text: str) -> str:
         if _ASC_OWN.match(text):

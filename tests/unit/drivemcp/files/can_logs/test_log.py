@@ -424,3 +424,20 @@ def test_a_clock_that_is_set_back_soon_after_the_beginning_costs_no_frame(tmp_pa
     assert len(list(log)) == 40
     assert "record 13: its time jumps by" in log.summary
     assert log.malformed == 0
+
+
+def test_a_measurement_behind_another_has_its_own_number_base(tmp_path: Path) -> None:
+    head = "date Fri May 3 14:00:00 2024\nbase {}  timestamps absolute\n"
+    first, second = (
+        head.format("hex") + "   0.010000 1  100  Rx d 1 0A\n",
+        head.format("dec") + "   0.020000 1  256  Rx d 1 10\n",
+    )
+    _, _, frames = read(tmp_path / "drive.asc", first + second)
+    assert [(frame.arbitration_id, frame.data) for frame in frames] == [(0x100, b"\x0a")] * 2
+
+
+def test_an_error_on_a_can_fd_bus_is_an_error_frame(tmp_path: Path) -> None:
+    line = "   0.010000 CANFD   1 ErrorFrame  Not Acknowledge error, dominant error flag fffe c7 31ca Rx 0 0 f 0\n"
+    log, _, frames = read(tmp_path / "drive.asc", HEADER + line)
+    assert [frame.error for frame in frames] == [True]
+    assert log.summary == ""

@@ -201,3 +201,9 @@ def test_times_of_day_are_read_and_one_that_is_none_is_named(times: tuple[str, s
     log, found = read(tmp_path / "drive.csv", "Time;ID;Data\n" + rows)
     assert [each[0] for each in found] == pytest.approx([0.0, 0.25])
     assert "line 4: its time '25:00' is neither seconds, a time of day nor an ISO 8601 time" in log.summary
+
+
+def test_a_table_of_a_header_alone_says_so(tmp_path: Path) -> None:
+    log, found = read(tmp_path / "drive.csv", TABLES["savvycan"][0])
+    assert found == []
+    assert log.nothing == "it has nothing but a header"
