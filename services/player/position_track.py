@@ -19,7 +19,7 @@ from proto.vehicle import Ego
 from services.player.embedded_track import SUFFIXES, embedded_rows
 from services.player.recording import TimedMessage
 from services.player.tracks import gpx, nmea, table
-from services.player.tracks.fix import Fix, Left
+from services.player.tracks.fix import DAY_S, Fix, Left
 
 RATE_HZ = 10.0
 MOST_GAP_S = 5.0
@@ -27,6 +27,8 @@ MOST_GAP_S = 5.0
 SIGMA_M = 5.0
 """Of a phone's or a dashcam's receiver under open sky."""
 EARTH_M = 6_371_000.0
+FEW = 0.1
+"""Fixes with a time of their own, as a share of the most with one."""
 MOST_MPS = 100.0
 """A faster fix is a receiver's jump."""
 
@@ -100,7 +102,7 @@ def _read_once(path: Path, written_ns: int, size: int) -> tuple[tuple[Fix, ...],
         raise UserError(f"{path}: {' '.join(str(error).split())[:200]}") from None
     except table.OtherTableError as error:
         raise NoTrackError(f"{path}: {error}") from None
-    timed = sorted((fix for fix in found if math.isfinite(fix.at_s)), key=lambda fix: fix.at_s)
+    timed = sorted(_on_one_clock([fix for fix in found if math.isfinite(fix.at_s)], left), key=lambda fix: fix.at_s)
     good = [fix for fix in timed if _is_place(fix, left)]
     if len(good) < 2:
         told = f"; {left}" if str(left) else ""
@@ -112,6 +114,29 @@ def _read_once(path: Path, written_ns: int, size: int) -> tuple[tuple[Fix, ...],
 def _text(path: Path) -> str:
     content = path.read_bytes()
     return content.decode(encoding_of(content), errors="replace")
+
+
+def _on_one_clock(found: list[Fix], left: Left) -> list[Fix]:
+    """Without the few fixes whose time lies days from those beside them: the receiver did not know it yet, or lost it."""
+    runs: list[list[Fix]] = []
+    for fix in found:
+        near = next((run for run in runs if abs(fix.at_s - run[-1].at_s) <= DAY_S), None)
+        if near is None:
+            runs.append([fix])
+        else:
+            near.append(fix)
+    longest = max((len(run) for run in runs), default=0)
+    kept: list[Fix] = []
+    for run in runs:
+        if len(run) < max(2, FEW * longest) and len(run) < longest:
+            for fix in run:
+                left.add(
+                    "its time lies days from that of the others",
+                    f"latitude {fix.latitude_deg:g}, longitude {fix.longitude_deg:g}",
+                )
+        else:
+            kept += run
+    return kept
 
 
 def _is_place(fix: Fix, left: Left) -> bool:

@@ -9,11 +9,21 @@ import gpxpy.gpx
 
 from services.player.tracks.fix import Fix, Left, number
 
+_ROOT = re.compile(r"<((?:\w+:)?)(\w+)")
 Point = gpxpy.gpx.GPXTrackPoint
 
 
 def fixes(text: str, left: Left) -> Iterator[Fix]:
-    """The points of all tracks that have a time. Of two tracks at one time the first counts. Raises gpxpy.gpx.GPXException."""
+    """The points of all tracks that have a time. Of two tracks at one time the first counts. Raises gpxpy.gpx.GPXException, or
+    ValueError for another kind of XML.
+    """
+    root = _ROOT.search(text)
+    if root and root[2] != "gpx":
+        raise ValueError(
+            f"it begins with <{root[1]}{root[2]}> and is no GPX; GPSBabel turns other kinds, as .kml and .tcx, into .gpx"
+        )
+    if root and root[1]:  # gpxpy knows the names without a prefix alone
+        text = re.sub(rf"(</?){root[1]}", r"\1", text).replace(f"xmlns:{root[1][:-1]}=", "xmlns=")
     file = gpxpy.parse(re.sub(r"^\s*<\?xml.*?\?>", "", text))
     taken: list[tuple[float, float]] = []
     told = 0

@@ -19,6 +19,8 @@ NO_FIX = ("", "0", "N", "V", "NN", "NNN", "NNNN")
 def fixes(text: str, left: Left) -> Iterator[Fix]:
     """RMC sentences that the receiver calls valid; without any, positions with a time of day."""
     said = list(_sentences(text, left))
+    own = [where for where, each in said if not isinstance(each, pynmea2.TalkerSentence)]
+    said = [(where, each) for where, each in said if isinstance(each, pynmea2.TalkerSentence)]
     moving = [(where, each) for where, each in said if each.sentence_type == "RMC"]
     if moving:
         yield from _moving(moving, left)
@@ -29,6 +31,8 @@ def fixes(text: str, left: Left) -> Iterator[Fix]:
         return
     for where, _ in said:
         left.add("no RMC, GGA, GNS or GLL, which tell time and place; have the receiver write RMC", where)
+    for where in own:
+        left.add("of the receiver's maker alone; have it write RMC", where)
 
 
 def _sentences(text: str, left: Left) -> Iterator[tuple[str, Any]]:
@@ -41,8 +45,7 @@ def _sentences(text: str, left: Left) -> Iterator[tuple[str, Any]]:
         except (pynmea2.ParseError, ValueError):
             left.add("no NMEA sentence, or its checksum is wrong", f"line {count}")
             continue
-        if isinstance(said, pynmea2.TalkerSentence):
-            yield f"line {count}", said
+        yield f"line {count}", said
 
 
 def _moving(said: list[tuple[str, Any]], left: Left) -> Iterator[Fix]:

@@ -31,6 +31,8 @@ SPEEDS = "speed|velocity|geschwindigkeit|vitesse|snelheid|velocidad|velocit[aà]
 BESIDE = re.compile("accuracy|error|limit|sigma|std|genauigkeit|pr[eé]cision|nauwkeurigheid")
 """What a column says beside a quantity."""
 NEGATIVE = ("s", "w")
+_PREFIX = re.compile(r"^(?:%|(?:\w+\.)+)")
+"""Before the names of a recorded message's fields: `field.latitude`."""
 SIDES = frozenset("NSEW")
 TIME_UNITS = {
     **dict.fromkeys(("ms", "msec", "millisecond", "milliseconds"), 1e3),
@@ -42,7 +44,10 @@ HEAD_LINES = 50
 LONGEST_STEP_S = 60.0
 """Between the fixes of a track that is of use; a longer one may be of another unit."""
 SINCE_1970 = 9e8
-_OF_DAY = re.compile(r"(?:^|[\sT])(\d{1,2}):(\d{2})(?::(\d{2}(?:[.,]\d+)?))?\s*(?:([ap])\.?m\.?)?\s*(?:UTC|Z)?$", re.I)
+_OF_DAY = re.compile(
+    r"(?:^|[\sT])(\d{1,2}):(\d{2})(?::(\d{2}(?:[.,]\d+)?))?\s*(?:([ap])\.?m\.?)?\s*(?:[A-Z]{1,5}\b)?\s*(?:[+-]\d\d:?\d\d)?(?:\s+\d{4})?$",
+    re.I,
+)
 _DIGITS = re.compile(r"([01]\d|2[0-3])([0-5]\d)([0-5]\d(?:\.\d+)?)")
 
 
@@ -65,10 +70,10 @@ def fixes(text: str, left: Left) -> Iterator[Fix]:
     first = _header_at(lines)
     delimiter = _delimiter(lines[first]) if lines else ","
     table = csv.reader(lines[first:], delimiter=delimiter)
-    names = [name for name in next(table, []) if name]
-    columns = _columns(names)
-    unit = re.fullmatch(COLUMNS["time"], columns["time"].strip().lower())
-    rows = list(_rows(table, first, delimiter, names, columns, left))
+    header = next(table, [])
+    columns = _columns([name for name in header if name])
+    unit = re.fullmatch(COLUMNS["time"], _PREFIX.sub("", columns["time"].strip().lower()))
+    rows = list(_rows(table, first, delimiter, header, columns, left))
     as_sentences = in_minutes([(row.latitude_deg, row.longitude_deg) for row in rows])
     if not as_sentences and not (unit and unit["unit"]):
         _check_unit(columns["time"], [row.time for row in rows])
@@ -123,15 +128,17 @@ def _columns(names: list[str]) -> dict[str, str]:
 
 
 def _rows(
-    table: Iterator[list[str]], first: int, delimiter: str, names: list[str], columns: Mapping[str, str], left: Left
+    table: Iterator[list[str]], first: int, delimiter: str, header: list[str], columns: Mapping[str, str], left: Left
 ) -> Iterator[_Row]:
     """The rows that have a place; numbers in minutes are still as they stand."""
+    names = [name for name in header if name]
     speed, factor = _speed_column(names)
     for count, cells in enumerate(table, first + 2):
         if not any(each.strip() for each in cells):
             continue
         where = f"line {count}"
-        row = dict(zip(names, _with_sides(cells, len(names)), strict=False))
+        joined = _with_sides(cells, len(names))
+        row = dict(zip(header if joined is cells else names, joined, strict=False)) | {"": ""}
         said = {what: row.get(name, "").strip() for what, name in columns.items()}
         latitude = _side(said["latitude"], "latitude", said["north or south"])
         longitude = _side(said["longitude"], "longitude", said["east or west"])
@@ -176,7 +183,7 @@ def _side(text: str, axis: str, side: str) -> float | None:
 
 
 def _column(names: Sequence[str], pattern: str) -> str:
-    known = (name for name in names if re.fullmatch(pattern, name.strip().lower()))
+    known = (name for name in names if re.fullmatch(pattern, _PREFIX.sub("", name.strip().lower())))
     return next((name for name in known if not BESIDE.search(name.lower())), "")
 
 

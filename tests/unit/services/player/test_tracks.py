@@ -1,5 +1,6 @@
 """Position tracks as receivers, cameras and spreadsheets write them."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -189,3 +190,50 @@ def test_sentences_without_a_date_count_by_the_time_of_day(tmp_path: Path) -> No
     path.write_text("".join(sentence(f"GPRMC,{at},A,4806.000,N,01130.000,E,19.44,90.0,,,") for at in times))
     assert [each.at_s for each in read_track(path)] == [0.0, 1.0, 2.5]
     assert [each.speed_mps for each in read_track(path)] == pytest.approx([10.0] * 3, abs=0.01)
+
+
+def test_a_column_without_a_name_moves_no_other(tmp_path: Path) -> None:
+    path = tmp_path / "drive.csv"
+    path.write_text(",time,lat,lon,,speed_mps\n0,0,48.1,11.5,x,10\n1,1,48.1,11.5,x,10\n2,2,48.1\n")
+    assert [each[:4] for each in read_track(path)] == [(0.0, 48.1, 11.5, 10.0), (1.0, 48.1, 11.5, 10.0)]
+    assert "1 not read, first line 4" in not_read(path)
+
+
+@pytest.mark.parametrize(
+    "times",
+    [
+        ("Fri May 01 10:00:59 2026", "Fri May 01 10:01:00 2026"), ("2026-05-01 10:00:59 GMT+0200", "2026-05-01 10:01:00 GMT+0200"),
+        ("01-May-2026 10:00:59 CEST", "01-May-2026 10:01:00 CEST"),
+    ],
+)  # fmt: skip
+def test_a_time_before_its_year_or_zone_is_read(times: tuple[str, str], tmp_path: Path) -> None:
+    path = tmp_path / "drive.csv"
+    path.write_text("".join(("%time,field.latitude,field.longitude\n", *(f"{each},48.1,11.5\n" for each in times))))
+    assert [each.at_s for each in read_track(path)] == [0.0, 1.0]
+
+
+@pytest.mark.parametrize("at", [0, 1, 2])
+@pytest.mark.parametrize("date", ["1970-01-01", "2031-05-01"])
+def test_a_fix_with_the_time_of_another_day_is_left_out_and_told(at: int, date: str, tmp_path: Path) -> None:
+    path = tmp_path / "drive.csv"
+    rows = [f"2026-05-01 10:00:0{n},48.1,11.5{n}\n" for n in range(4)]
+    rows[at] = rows[at].replace("2026-05-01", date)
+    path.write_text("".join(("time,lat,lon\n", *rows)))
+    assert len(read_track(path)) == 3
+    assert read_track(path)[-1].at_s <= 3.0
+    assert f"first latitude 48.1, longitude 11.5{at}: its time lies days from that of the others" in not_read(
+        path
+    ).replace("11.5:", "11.50:")
+
+
+def test_what_is_no_gpx_or_of_one_maker_says_what_to_do(tmp_path: Path) -> None:
+    path = tmp_path / "drive.gpx"
+    path.write_text('<?xml version="1.0"?>\n<!-- a note -->\n<kml xmlns="http://www.opengis.net/kml/2.2"/>')
+    with pytest.raises(UserError, match="it begins with <kml> and is no GPX; GPSBabel turns"):
+        read_track(path)
+    path.write_text(re.sub(r"(</?)(?=\w)", r"\1g:", GPX).replace("xmlns=", "xmlns:g="))
+    assert [each.latitude_deg for each in read_track(path)] == [48.1, 48.1001, 48.1002]
+    path = tmp_path / "drive.nmea"
+    path.write_text(sentence("PUBX,00,100000.00,4806.000,N,01130.000,E,500,G3,1,1,36,90,0,,1,1,1,8,0,0"))
+    with pytest.raises(UserError, match="first line 1: of the receiver's maker alone; have it write RMC"):
+        read_track(path)
