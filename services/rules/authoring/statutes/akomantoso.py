@@ -29,9 +29,26 @@ _WHOLE = {"section": "s.", "article": "art.", "rule": "r.", "regulation": "reg."
 _PARTS = frozenset({"subsection", "paragraph", "clause"})
 _ASIDE = frozenset({"meta", "preface", "preamble", "conclusions", "quotedStructure", "embeddedStructure", "toc"})
 _SCHEDULES = frozenset({"schedule", "annex", "appendix", "attachment"})
-_GONE = frozenset({"removed", "repealed", "ignored", "prospective"})
-_DROPPED = frozenset({"noteRef", "authorialNote", "remark", "del", "num", "heading"})
-_LABEL = re.compile(r"^\s*(?:articles?|art\.|sections?|sec\.|s\.|rule|regulation|reg\.)\s*", re.I)
+_GONE = frozenset(
+    {
+        "removed",
+        "repealed",
+        "revoked",
+        "annulled",
+        "expired",
+        "spent",
+        "suspended",
+        "ignored",
+        "prospective",
+        "proposed",
+        "notinforce",
+    }
+)
+_DROPPED = frozenset({"noteRef", "authorialNote", "remark", "del", "num", "heading", "subheading", "crossHeading"})
+_LABEL = re.compile(
+    r"^\s*(?:articles?|art(?:ikel|[ií]culo|icolo|igo|yku[lł])?\b\.?|sections?|secci[oó]n|sec\.|s\.|rule|regulation|reg\.|regel|par(?:agraa?f)?\b\.?)\s*",
+    re.I,
+)
 """What some write before a number."""
 _LANGUAGES = {
     "eng": "en",
@@ -132,7 +149,7 @@ def _out_of_force(root: "Element") -> Callable[["Element"], str]:
     }
 
     def why(at: "Element") -> str:
-        if (status := at.get("status", "").lower()) in _GONE:
+        if (status := at.get("status", "").lower()).replace("-", "") in _GONE:
             return status
         times = periods.get(at.get("period", ""), [])
         current = [

@@ -17,6 +17,7 @@ SHOWN = 3
 EXCERPT = 70
 _HOLD_TEXT = frozenset({"p", "P", "Text", "content", "Para", "td", "entry", "LA", "block", "li"})
 
+_PICTURES = frozenset({"img", "Image", "IMG"})
 _NUMBER = re.compile(r"^(?:\([\w.]+\)|\d+[a-z]?[.)])\s*")
 _GONE = re.compile(
     r"(?:\W*(?:§+|s\.|(?:sub-?)?section|article|art\.|regulation|reg\.|rule|(?:sub-?)?paragraph|para\.?|schedule)\s*[\w().-]*)?"
@@ -87,8 +88,13 @@ def unread(root: "Element", statute: Statute, aside: frozenset[str], dropped: fr
         and text.strip(" .-–")
         and not any(form in read for form in (text, words(at, dropped - {"num"}), _NUMBER.sub("", text)))
     ]
-    found = list(dict.fromkeys(missing))
-    return (f"not read: {_counted([_excerpt(text) for text in found])}",) if found else ()
+    pictures = [
+        _excerpt(next((said for name in ("alt", "src", "SRC", "ResourceRef") if (said := at.get(name, ""))), local(at)))
+        for at in walked(root, aside | dropped)
+        if local(at) in _PICTURES
+    ]
+    told = (("not read", [_excerpt(text) for text in dict.fromkeys(missing)]), ("pictures, not read", pictures))
+    return tuple(f"{what}: {_counted(found)}" for what, found in told if found)
 
 
 def over(text: str, today: date) -> bool:

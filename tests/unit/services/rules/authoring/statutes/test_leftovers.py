@@ -248,3 +248,34 @@ def test_what_extends_to_a_part_without_england_is_drafted_and_told(tmp_path: Pa
     statute = read(tmp_path, CLML.format(body=law, after=""))
     assert texts(statute) == {"s. 3": "At most 30."}
     assert any(f"section-3 ({extent})" in each for each in statute.left) is told
+
+
+@pytest.mark.parametrize(
+    "label", ["Artikel 5", "Articolo 5", "Artículo 5", "Artykuł 5", "Art 5", "Artigo 5", "Paragraf 5"]
+)
+def test_a_label_in_another_language_is_no_part_of_the_number(label: str, tmp_path: Path) -> None:
+    body = f"<article><num>{label}.</num>{said('Keep left.')}</article>"
+    assert list(texts(read(tmp_path, AKN.format(meta="", body=body, after="")))) == ["art. 5"]
+
+
+def test_a_heading_between_parts_is_no_text_of_any(tmp_path: Path) -> None:
+    first, second = PARTS.split("</paragraph>")[:2]
+    body = section("5", f"{first}</paragraph><crossHeading>Elsewhere</crossHeading>{second}</paragraph>")
+    statute = read(tmp_path, AKN.format(meta="", body=body, after=""))
+    assert texts(statute) == {"s. 5(a)": "60 in a town;", "s. 5(b)": "100 elsewhere,"}
+    assert statute.left == ()
+
+
+@pytest.mark.parametrize("status", ["expired", "suspended", "notInForce", "not-in-force", "proposed"])
+def test_a_section_that_is_not_in_force_by_another_word_is_left_out(status: str, tmp_path: Path) -> None:
+    body = section("1", said("Keep left.")) + section("2", said("Any speed."), f'status="{status}"')
+    statute = read(tmp_path, AKN.format(meta="", body=body, after=""))
+    assert list(texts(statute)) == ["s. 1"]
+    assert "Any speed." in statute.left[0]
+
+
+def test_a_picture_in_a_section_is_told(tmp_path: Path) -> None:
+    akn = AKN.format(meta="", body=section("1", said('The sign is <img src="a.png" alt="red disc"/>.')), after="")
+    assert read(tmp_path, akn).left == ("pictures, not read: 1 part: 'red disc'",)
+    british = CLML.format(body=p1("1", '<Text>The sign is</Text><Figure><Image ResourceRef="r1"/></Figure>'), after="")
+    assert read(tmp_path, british).left == ("pictures, not read: 1 part: 'r1'",)
