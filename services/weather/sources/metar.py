@@ -41,6 +41,9 @@ _REPORT = re.compile(
 """A report in an answer; `=` ends it, or the next one."""
 _OTHER = re.compile(r"\bTAF (?:AMD |COR )*$")
 """What stands before a forecast, which is no report."""
+_CORRECTION = re.compile(r"\b(?:COR|CC[A-Z])\b")
+_WIND = re.compile(r"\s(?:\d{3}|VRB|///)P?\d{2,3}(?:GP?\d{2,3})?(?:KTS?|MPS|KMH)\b")
+"""The package takes a sight of four digits for a wind where the wind is missing."""
 MOST = 100
 
 _BROKEN = (ParserError, LookupError, ValueError, TypeError, AttributeError, ArithmeticError)
@@ -64,16 +67,16 @@ def read(body: bytes, now_ns: int, station: str = "") -> Observation:
         visibility_m=provider.sight(_sight(report)),
         air_c=provider.around(_value(report.temp, "C"), provider.AIR_K),
         dew_point_c=provider.around(_value(report.dewpt, "C"), provider.AIR_K),
-        wind_mps=provider.gusts(_value(report.wind_speed, "MPS")),
-        gust_mps=provider.gusts(_value(report.wind_gust, "MPS")),
+        wind_mps=provider.gusts(_value(report.wind_speed, "MPS") if _WIND.search(report.code) else None),
+        gust_mps=provider.gusts(_value(report.wind_gust, "MPS") if _WIND.search(report.code) else None),
         road=_road(report),
     )
 
 
 def _newest(body: bytes, now_ns: int, station: str) -> tuple[Any, int]:
-    """The newest report that says something: not NIL, not all slashes, and of two of one time the correction."""
+    """The newest report that says something: not NIL, not all slashes; of those of one time a correction, else a special report."""
     text = " ".join(body.decode("utf-8-sig", errors="replace").split())
-    found: list[tuple[bool, bool, int, bool, Any]] = []
+    found: list[tuple[bool, bool, int, str, bool, Any]] = []
     problem = "it holds no report" if text else "it is empty"
     for report in itertools.islice(_REPORT.finditer(text), MOST):
         if _OTHER.search(text[: report.start()]):
@@ -89,12 +92,12 @@ def _newest(body: bytes, now_ns: int, station: str) -> tuple[Any, int]:
             if station and parsed.station_id != station:
                 problem = f"its reports are of {parsed.station_id}, not of {station}"
                 continue
-            found.append(
-                (_of_now(stamp_ns, now_ns), _says_something(parsed), stamp_ns, " COR " in f" {report[0]}", parsed)
-            )
+            told, corrected = _says_something(parsed), "".join(_CORRECTION.findall(report[0])[:1])
+            special = report[0].startswith("SPECI")
+            found.append((_of_now(stamp_ns, now_ns), told, stamp_ns, corrected, special, parsed))
     if not found:
         raise UnusableAnswer(f"no report that can be read: {problem}")
-    _, _, stamp_ns, _, parsed = max(found, key=lambda each: each[:4])
+    _, _, stamp_ns, _, _, parsed = max(found, key=lambda each: each[:5])
     return parsed, stamp_ns
 
 

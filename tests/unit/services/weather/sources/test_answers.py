@@ -213,6 +213,8 @@ BLIND = report("1150", "//// // ////// ///// Q////").replace("EDDB 211150Z", "ED
         ["2026/11/21 11:20", SNOW.replace("+SN", "\n     +SN"), "not a report"],
         [report("1120", "9999 NSC 08/06 Q1008"), SNOW.replace("METAR", "METAR COR")],
         [report("1120", "9999 NSC 08/06 Q1008").replace("2111", "2211"), SNOW],
+        [report("1120", "9999 NSC 08/06 Q1008"), SNOW.replace("METAR", "SPECI")],
+        [report("1120", "9999 NSC 08/06 Q1008").replace("METAR", "SPECI"), SNOW.replace("1120Z", "1120Z CCA")],
     ],
 )
 def test_the_newest_report_that_says_something_counts(lines: list[str]) -> None:
@@ -252,6 +254,11 @@ def test_reports_that_say_nothing_was_observed_are_no_good_weather() -> None:
 )
 def test_of_a_reports_groups_the_one_that_warns_most_counts(words: str, field: str, expected: Any) -> None:
     assert getattr(metar.read(report("1150", words).encode(), NOW_NS), field) == expected
+
+
+def test_a_sight_is_no_wind_where_the_wind_is_missing() -> None:
+    told = metar.read(SNOW.replace(" 24012KT", "").encode(), NOW_NS)
+    assert (told.wind_mps, told.snow_mm_h) == (None, Interval(2.5, 10.0))
 
 
 def test_of_several_airfields_the_one_that_is_asked_counts() -> None:
