@@ -137,7 +137,11 @@ def _layout(session: Any, side_px: int, path: Path, wanted: str) -> Layout:
     shaped = [name for name, shapes in _SHAPES.items() if shape in shapes(cells(side_px))]
     if wanted or not shaped:
         kind = f"detector of the layout {wanted}" if wanted else "COCO-style detector"
-        raise DetectorError(f"{path} is no {kind} that we know: its output has the shape {shape}")
+        shapes = ", ".join(str(each) for each in _shapes_at(side_px, wanted))
+        raise DetectorError(
+            f"{path} is no {kind} that we know: its output has the shape {shape}, not one of {shapes}; "
+            "export a model of COCO's 80 classes without its own suppression"
+        )
     found = [name for name in shaped if _means(outputs[LAYOUTS[name].full_scale], name, side_px)]
     if len(found) > 1:
         choices = " or ".join(f"{name} ({_picture(LAYOUTS[name])})" for name in found)
@@ -157,6 +161,12 @@ _SHAPES: dict[str, Callable[[int], tuple[tuple[int, ...], ...]]] = {
     "yolov5": lambda places: ((1, 3 * places, 5 + COCO_CLASSES),),
     "yolov8": lambda places: ((1, 4 + COCO_CLASSES, places),),
 }
+
+
+def _shapes_at(side_px: int, wanted: str) -> tuple[tuple[int, ...], ...]:
+    """The shapes of the layout that is named, else of all, for a picture of this side."""
+    layouts = [_SHAPES[wanted]] if wanted else _SHAPES.values()
+    return tuple(dict.fromkeys(shape for shapes in layouts for shape in shapes(cells(side_px))))
 
 
 def _means(output: FloatArray, name: str, side_px: int) -> bool:

@@ -133,8 +133,9 @@ def test_other_outputs_are_refused_by_name_and_shape(tmp_path: Path, shape: tupl
         [helper.make_tensor_value_info("output", kind, list(shape))],
     )
     onnx.save(helper.make_model(graph, opset_imports=[helper.make_opsetid("", 17)], ir_version=8), str(path))
-    with pytest.raises(DetectorError, match=r"m\.onnx is no COCO-style detector that we know"):
+    with pytest.raises(DetectorError, match=r"m\.onnx is no COCO-style detector that we know") as refused:
         load_detector(path)
+    assert "export a model of COCO's 80 classes without its own suppression" in str(refused.value)
 
 
 def test_a_model_of_another_input_is_refused(tmp_path: Path) -> None:
