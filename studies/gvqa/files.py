@@ -1,7 +1,6 @@
 """The two files: a reference of DriveLM's form, and predictions as DriveLM's file or as its challenge's list of answers."""
 
 import contextlib
-from codecs import BOM_UTF8
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
@@ -10,6 +9,7 @@ from typing import Any, NamedTuple, TypeVar
 import msgspec
 
 from drivemcp.errors import MALFORMED
+from drivemcp.files.encodings import encoding_of
 from services.drivelm.graph.templates import LAYERS
 from studies.gvqa.json_fields import UnreadableGraph, as_list, as_object, as_text, field
 
@@ -49,7 +49,8 @@ class Given(NamedTuple):
 def load(path: Path) -> Any:
     """The JSON value of a file, or the list of those that stand in a line each. Raises ``UnreadableGraph``."""
     try:
-        text = path.read_bytes().removeprefix(BOM_UTF8).strip()
+        content = path.read_bytes()
+        text = content.decode(encoding_of(content), errors="replace").strip()
     except OSError as error:
         raise UnreadableGraph(f"{path}: {error.strerror}") from None
     if not text:
@@ -111,9 +112,11 @@ SUBMITTED = ("method", "team", "authors", "email", "institution", "country")
 
 
 def answers_of(predictions: Any) -> list[Any] | None:
-    """The rows of the challenge's answers: a list, or a submission's `results`; None for a file of DriveLM's form."""
+    """The rows of the challenge's answers: a list, a single row, or a submission's `results`; None for a file of DriveLM's form."""
     if isinstance(predictions, list):
         return predictions
+    if isinstance(predictions, dict) and _given(predictions) is not None:
+        return [predictions]
     if isinstance(predictions, dict) and ("results" in predictions or {"method", "team"} <= predictions.keys()):
         return as_list(*field(predictions, "results", "the submission"))
     return None

@@ -169,6 +169,16 @@ def test_answers_may_stand_in_a_line_each(tmp_path: Path, capsys: pytest.Capture
     assert _figures(capsys.readouterr().out)["oddities"]["unanswered"] == 0
 
 
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16"])
+def test_a_byte_order_mark_counts_and_one_line_may_be_all(
+    encoding: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "p.jsonl").write_text(json.dumps(_answers(*ALL)[0]) + "\n", encoding=encoding)
+    (tmp_path / "r.json").write_text(json.dumps(REFERENCE), encoding=encoding)
+    assert main([str(tmp_path / "p.jsonl"), str(tmp_path / "r.json"), "--json"]) == 0
+    assert _figures(capsys.readouterr().out)["oddities"]["unanswered"] == 5
+
+
 def test_a_file_that_is_absent_or_no_json_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "bad.json").write_text("{")
     (tmp_path / "empty.json").write_text("")
