@@ -154,6 +154,7 @@ class Candump(Form):
 
     suffix = ".log"
     reader = can.CanutilsLogReader
+    _channel = ""
 
     def line(self, text: str) -> str:
         plain = _COLOURS.sub("", text).strip()
@@ -162,11 +163,16 @@ class Candump(Form):
         if found is None:
             return text
         time, channel, frame, direction = (each or "" for each in found)
-        self.stamp_s = seconds(time)
+        self.stamp_s, self._channel = seconds(time), channel
         if self.stamp_s is None:
             return text
         frame = _ERROR_FRAME.sub("20000080#", _RAW_LENGTH.sub("", frame))
         return f"(0) {channel} {frame}{f' {direction}' if direction else ''}\n"
+
+    def mend(self, message: can.Message) -> None:
+        super().mend(message)
+        if message.is_error_frame:
+            message.channel = self._channel  # python-can leaves it out
 
     def malformed(self, text: str) -> str:
         shown = _SHOWN.match(_COLOURS.sub("", text).strip())

@@ -441,3 +441,9 @@ def test_an_error_on_a_can_fd_bus_is_an_error_frame(tmp_path: Path) -> None:
     log, _, frames = read(tmp_path / "drive.asc", HEADER + line)
     assert [frame.error for frame in frames] == [True]
     assert log.summary == ""
+
+
+def test_an_error_frame_of_candump_is_of_its_own_bus(tmp_path: Path) -> None:
+    path = tmp_path / "drive.log"
+    path.write_text("(1.000000) can0 100#0A\n(1.010000) can1 20000080#0000000000000000\n")
+    assert [channel for _, channel, _ in CanLog(path).messages()] == ["can0", "can1"]
