@@ -61,7 +61,7 @@ def read(body: bytes, now_ns: int) -> Observation:
     data = _present(properties.timeseries, now_ns)
     instant, symbol = (
         _below(data, "instant", "details"),
-        str(_below(data, "next_1_hours", "summary").get("symbol_code")),
+        str(_below(data, "next_1_hours", "summary").get("symbol_code") or ""),
     )
 
     def here(name: str) -> float | None:
@@ -109,13 +109,13 @@ def _below(value: Any, *names: str) -> dict[str, Any]:
 
 
 def _falls(details: dict[str, Any], symbol: str, *, told: bool) -> tuple[Interval | None, Interval | None]:
-    """(rain, snow as water) in mm/h; sleet counts as both, and what has no symbol as rain."""
+    """(rain, snow as water) in mm/h; sleet counts as both, and so does what has no symbol, since it may be either."""
     if not told:
         return None, None
     most, mean = (provider.number(details.get(f"precipitation_amount{end}")) for end in ("_max", ""))
     fall = provider.shower(most or mean)
     none = None if fall is None else Interval(0.0, 0.0)
-    return (none if "snow" in symbol else fall, fall if "snow" in symbol or "sleet" in symbol else none)
+    return (none if "snow" in symbol else fall, fall if not symbol or "snow" in symbol or "sleet" in symbol else none)
 
 
 def _ns(time: datetime) -> int:

@@ -292,6 +292,12 @@ def test_one_part_that_cannot_be_read_takes_no_other_from_met_norway_s_answer(
     assert told.air_c == Interval(-0.5, 3.5)
 
 
+def test_what_falls_without_a_symbol_may_be_snow() -> None:
+    body = met_norway_body(symbol="rain", rain_mm=2.0)
+    told = met_norway.read(_changed(body, *HOURS, 0, "data", "next_1_hours", "summary", value=None), NOW_NS)
+    assert told.snow_mm_h == told.rain_mm_h == Interval(0.0, 6.0)
+
+
 def test_fog_that_only_the_symbol_names_is_fog() -> None:
     body = _changed(
         met_norway_body(symbol="fog"), *HOURS, 0, "data", "instant", "details", "fog_area_fraction", value=None
