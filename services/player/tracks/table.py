@@ -16,13 +16,14 @@ from services.player.tracks.fix import Clock, Fix, Left, number
 
 _AND_UNIT = r"[ _]*[(\[]?(?:utc|gmt|(?P<unit>s|sec|seconds|ms|msec|milliseconds?|us|µs|microseconds?|ns))?[)\]]?"
 COLUMNS: Mapping[str, str] = {
-    "time": r"(?:gps|unix|utc|local|device|system)?[ _]?(?:time|timestamp|t|seconds|elapsed[a-z _]*?|utc|epoch(?:[ _]time)?|date.?time"
-    r"|zeit|zeitstempel|uhrzeit|temps|heure|horodatage|tijd|tijdstip|hora|tiempo|ora|tempo|czas)"
+    "time": r"(?:gps|unix|utc|local|device|system)?[ _]?(?:time|timestamp|t|secs?|seconds|elapsed[a-z _]*?|utc|epoch(?:[ _]time)?"
+    r"|date.?time|zeit|zeitstempel|uhrzeit|temps|heure|horodatage|tijd|tijdstip|hora|tiempo|ora|tempo|czas)"
     rf"{_AND_UNIT}",
     "latitude": r"(?:gps[ _]?)?lat|(?:gps[ _]?)?latitu.*|lat[ _]?\(?d.*|breite(?:ngrad)?.*|breedte(?:graad)?.*|szeroko[sś][cć].*",
     "longitude": r"(?:gps[ _]?)?(?:lon|lng|long)|(?:gps[ _]?)?longitu.*|lon[ _]?\(?d.*|l(?:ä|ae)nge(?:ngrad)?.*"
     r"|lengte(?:graad)?.*|d[lł]ugo[sś][cć].*",
     "course": r"course.*|heading.*|bearing.*|track(?:[ _(\[]*(?:deg|angle|made|true).*)?|kurs.*|richtung.*|cap|koers|rumbo.*|rotta.*",
+    "nanoseconds": r"(?:.*[ _])?n(?:ano)?sec(?:s|onds)?",
     "date": r"date|datum|utc[ _]?date|gps[ _]?date|fecha|data",
     "north or south": r"n[/_ ]?s.*|lat(?:itude)?[ _]?(?:dir|hemi|ref|n[/_ ]?s).*",
     "east or west": r"e[/_ ]?w.*|lon(?:g|gitude)?[ _]?(?:dir|hemi|ref|e[/_ ]?w).*",
@@ -142,7 +143,9 @@ def _rows(
         said = {what: row.get(name, "").strip() for what, name in columns.items()}
         latitude = _side(said["latitude"], "latitude", said["north or south"])
         longitude = _side(said["longitude"], "longitude", said["east or west"])
-        time = " ".join(filter(None, (said["date"], said["time"])))
+        second, part = said["time"], said["nanoseconds"]
+        second += f".{int(part):09d}" if second.isdigit() and part.isdigit() else ""
+        time = " ".join(filter(None, (said["date"], second)))
         if latitude is None or longitude is None:
             told = [f"{columns[what]} {said[what]!r}" for what in ("latitude", "longitude")]
             clear = _time(time, "", delimiter, Clock()) is not None

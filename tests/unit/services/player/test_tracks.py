@@ -237,3 +237,15 @@ def test_what_is_no_gpx_or_of_one_maker_says_what_to_do(tmp_path: Path) -> None:
     path.write_text(sentence("PUBX,00,100000.00,4806.000,N,01130.000,E,500,G3,1,1,36,90,0,,1,1,1,8,0,0"))
     with pytest.raises(UserError, match="first line 1: of the receiver's maker alone; have it write RMC"):
         read_track(path)
+
+
+@pytest.mark.parametrize(
+    "names",
+    ["%time,field.header.stamp.secs,field.header.stamp.nsecs", "x,header.stamp.sec,header.stamp.nanosec", "x,timestamp_sec,timestamp_nsec"],
+)  # fmt: skip
+def test_seconds_and_nanoseconds_of_a_recorded_message_are_one_time(names: str, tmp_path: Path) -> None:
+    path = tmp_path / "drive.csv"
+    own = "" if names.startswith("x") else "1777629600{}"
+    rows = [(f"1777629600,{part}", f"{own.format(part.zfill(9))},") for part in ("5000000", "255000000")]
+    path.write_text("".join((f"{names},latitude,longitude\n", *(f"{first}{time},48.1,11.5\n" for time, first in rows))))
+    assert [each.at_s for each in read_track(path)] == [0.0, pytest.approx(0.25, abs=1e-6)]
