@@ -11,7 +11,7 @@ _HALVINGS = 40
 
 
 class Governed(Driver):
-    """The driver drives as ever, but no faster than the governor allows."""
+    """The simulated driver, with the governor's speed as the upper bound."""
 
     truth: Truth | None = None
     """The newest; the drive sets it before each step."""

@@ -9,9 +9,9 @@ processes may record into one file. A file that is only read may be `.gz`.
 import fcntl
 import gzip
 import zlib
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import IO, Annotated
+from typing import IO, Annotated, TypeVar
 
 import msgspec
 
@@ -19,6 +19,7 @@ from drivemcp.errors import MALFORMED, UserError
 from evaluation.baselines.direct.template import Asked
 
 VERSION = 1
+T = TypeVar("T")
 MOST_MS = 600_000.0
 """No answer takes longer."""
 
@@ -57,19 +58,18 @@ class Head(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True, forbid
 
 def read(file: Path) -> list[Line]:
     """All answers. Raises UserError naming the file and what is wrong with it."""
-    return _read(file)[1]
+    return _of(file, _lines)
 
 
 def recorded_at(file: Path) -> str:
     """The behaviour with which the recording began; empty: not noted. Raises UserError as `read` does."""
-    return _read(file)[0].behaviour
+    return _of(file, _head).behaviour
 
 
-def _read(file: Path) -> tuple[Head, list[Line]]:
+def _of(file: Path, decoded: Callable[[bytes], T]) -> T:
     try:
         raw = file.read_bytes()
-        raw = gzip.decompress(raw) if file.suffix == ".gz" else raw
-        return _head(raw), _lines(raw)
+        return decoded(gzip.decompress(raw) if file.suffix == ".gz" else raw)
     except (OSError, EOFError, zlib.error) as error:
         raise UserError(f"cassette {file}: {getattr(error, 'strerror', None) or error}") from None
     except MALFORMED as error:

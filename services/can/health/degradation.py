@@ -75,7 +75,7 @@ def assess(
 
     `values` has a key for every field this car has. An indicator whose fields it lacks does not exist here. An indicator
     is unknown where a field that it needs is `None`: it keeps at least the psi it last had, and costs at least its
-    share of braking. Where nothing was ever read, h and envelope are `None`.
+    share of braking. Until a first value is read, h and envelope are `None`.
     """
     rows = [psi for psi in table if psi.on(values)]
     now = {psi.name: psi.reads(values) for psi in rows}
