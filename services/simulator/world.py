@@ -133,7 +133,7 @@ class World:
         if self._step % LAW_EVERY == 0:
             for ordinal, plan in enumerate(self.scenario.gantries):
                 downstream = [car.speed for car in self._forward_cars() if 0.0 < car.s_m - plan.at_m < LOOKS_AHEAD_M]
-                ego = Comes(plan.at_m - self.road_ahead.front_m, float(self.ego.speed))
+                ego = Comes(plan.at_m - self._read_to_m, float(self.ego.speed))
                 self.gantries[ordinal] = decide(plan, self.gantries[ordinal], self.time_s, downstream, ego)
 
     def _cars_have_red(self, s_m: float) -> bool:

@@ -129,6 +129,7 @@ def _set(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
     limit = InForce(posted=posted, since_ns=now_ns, track_id=sign.track_id)
     if sign.scope == "when_wet" or hangs(sign.plates, *RESTRICTED_PLATES):
         others = tuple(each for each in signs.conditional if _differs(each, posted))
+        limit = msgspec.structs.replace(limit, posted=_surest(signs, posted, now_ns))
         return changed(signs, now_ns, conditional=_strictest((*others, limit)))
     if hangs(sign.plates, DISTANCE_PLATE) and not lowers(signs, sign):
         return signs
@@ -141,6 +142,13 @@ def _set(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
         return signs
     also: dict[str, dict[str, object]] = {"zone": {"permanent": None}, "gantry": {"gantry_changed_ns": now_ns}}
     return changed(signs, now_ns, ended=(), **{slot: limit}, **also.get(slot, {}))
+
+
+def _surest(signs: Signs, posted: PostedLimit, now_ns: int) -> PostedLimit:
+    """The limit as surely as any track of its post told it: a later, doubted track takes no belief away."""
+    of_post = (each for each in signs.conditional if now_ns - each.since_ns < SAME_POST_NS)
+    told = (each.posted for each in of_post if not _differs(each, posted))
+    return max((posted, *told), key=lambda each: each.confidence)
 
 
 def _contradicts(known: InForce | None, limit: InForce) -> bool:

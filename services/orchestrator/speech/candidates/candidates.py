@@ -393,8 +393,8 @@ def _friction(state: State, target: Target, events: dict[str, Event]) -> Iterato
     if slow and event.detail != "severe":
         return
     surface = _of_the_surface(conditions)
-    if surface == "water" and event.detail not in GRAVE:
-        return  # ordinary rain: the driver sees it, and its speed is shown beside the limit
+    if surface == "water" and _is_ordinary_rain(conditions, event.detail):
+        return  # the driver sees it, and its speed is shown beside the limit
     if surface in _OPEN and state.now_ns - event.since_ns < SETTLES_S * 1e9:
         return
     number = advised_number(state.preferences, road_mps, target.law.limit) if road_mps is not None else ""
@@ -416,6 +416,13 @@ def _of_the_surface(conditions: Conditions) -> str:
     return "water" if conditions.wet and conditions.precipitation != "snow" else "slippery"
 
 
+def _is_ordinary_rain(conditions: Conditions, level: str) -> bool:
+    """Whether a wet road's risk is moderate, or high at the worst reckoning alone: the road may have hardly less grip than a dry one."""
+    return level not in GRAVE or (level != "severe" and conditions.mu_high > WETTED_MU)
+
+
+WETTED_MU = 0.85
+"""Grip at best under 0.13 mm of water (Weather's curve); a film that is surely thicker has less."""
 _OPEN = {"water": "water_open", "slippery": "slippery_open"}
 """Phrases with a speed, and their like without one."""
 SETTLES_S = 2.0

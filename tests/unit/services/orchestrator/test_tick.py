@@ -50,6 +50,18 @@ def test_rain_recommends_less_than_the_law_allows_and_both_are_among_the_reasons
     assert last.citations[0].document == "stvo.md"
 
 
+@pytest.mark.parametrize(("most", "level", "told"), [(0.75, "high", True), (0.93, "high", False), (0.93, "severe", True)])
+def test_rain_under_which_the_road_may_be_as_good_as_dry_is_shown_and_not_spoken_of(
+    most: float, level: str, told: bool
+) -> None:
+    drive = Drive(speed_mps=14.0)
+    drive.weather = conditions(mu_low=0.35, mu_high=most, factor=0.7, wet=True, risk_level=level)
+    drive.ask.table = {**drive.ask.table, "assess_weather": lambda a: drive.weather}
+    drive.ticks(80)
+    assert any("Water" in said for said in drive.spoken()) is told
+    assert drive.target_mps == pytest.approx(35 * KMH)
+
+
 def test_a_calm_drive_calls_no_tool_twice() -> None:
     drive = Drive()
     drive.ticks(40)

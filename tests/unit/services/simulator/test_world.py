@@ -59,6 +59,20 @@ def test_after_the_border_one_drives_on_the_left() -> None:
     assert min(after) > 1.3
 
 
+@pytest.mark.parametrize("at_m", [120.0, 121.0, 122.0, 123.0, 124.0])
+def test_a_gantry_that_changes_as_it_is_passed_holds_by_what_it_showed_before(at_m: float) -> None:
+    """Its change is due while the driver could not read it, and comes once the gantry is passed."""
+    gantry = f"""
+[[gantries]]
+at_m = {at_m}
+follow_traffic = false
+steps = [{{ at_s = 0, code = "led:80" }}, {{ at_s = 4, code = "led:100" }}]
+"""
+    snapshots = drive(World(scenario(rest=gantry, road_class="motorway", lanes=2, speed=70), 1), 9.0)
+    assert "led:100" in snapshots[-1].scene.panels.values()
+    assert {round(3.6 * (each.fact.limit_mps or 0.0)) for each in snapshots if each.ego.s_m > at_m + 1.0} == {80}
+
+
 def test_lorries_that_meet_in_a_bend_pass_each_other() -> None:
     lorries = """
 [[vehicles]]

@@ -10,7 +10,7 @@ from proto.rules import RulesAnswer
 from proto.scene import Fact
 from tests.unit.services.orchestrator.support import EXPERTS, KMH, Drive, Played, conditions, law_of, limit_sign
 
-PLATED, PLAIN = 8, 9
+PLATED, PLAIN, DOUBTED = 8, 9, 10
 LORRIES = {"plates": ("plate:lorries",)}
 
 
@@ -66,6 +66,18 @@ def lost_from_afar(plated: dict[str, Any], speed_mps: float = 30.0) -> Drive:
 @pytest.mark.parametrize("speed_mps", [9.0, 15.0, 30.0])
 def test_a_track_that_was_lost_from_afar_is_of_the_post_that_was_passed_since(speed_mps: float) -> None:
     assert lost_from_afar(LORRIES, speed_mps).target_mps == pytest.approx(130 * KMH)
+
+
+@pytest.mark.parametrize("doubt", [{"confidence": 0.5}, {"confidence": 0.5, "believed": False}])
+def test_a_third_doubted_track_of_the_post_does_not_bring_back_a_limit_of_lorries(doubt: dict[str, Any]) -> None:
+    drive = on_the_motorway()
+    drive.tick(seen(PLAIN, 105.0), seen(DOUBTED, 90.0), seen(PLATED, 60.0))
+    drive.tick(seen(DOUBTED, 87.0, **doubt), seen(PLATED, 57.0, **LORRIES))
+    for k in range(2, 20):
+        drive.tick(seen(PLATED, 60.0 - 3.0 * k, **LORRIES))
+    drive.tick(limit_sign("limit:80", track_id=PLATED, passed=True, **LORRIES))
+    drive.ticks(30)
+    assert drive.target_mps == pytest.approx(130 * KMH)
 
 
 def test_a_doubted_post_takes_no_limit_away() -> None:
