@@ -20,19 +20,26 @@ def without_earlier_tracks(stop: SignAhead, others: tuple[SignAhead, ...]) -> tu
 
 def is_earlier_track(other: SignAhead, stop: SignAhead) -> bool:
     """Whether another track of the same stop sign was lost before this one began; a second sign would have been seen since."""
-    before = stop.reading == "stop" and _same(stop, other) and other.seen_ns < stop.first_ns
-    return before and other.seen_m is not None and _apart_m(other, stop) <= RANGE_SHARE * other.seen_m
+    return stop.reading == "stop" and _was_lost_before(other, stop)
+
+
+def _was_lost_before(other: SignAhead, sign: SignAhead) -> bool:
+    """Whether a track was lost before another of the same sign began, as far apart as its size from afar may tell."""
+    lost = _same(sign, other) and other.seen_ns < sign.first_ns
+    return lost and other.seen_m is not None and _apart_m(other, sign) <= RANGE_SHARE * other.seen_m
 
 
 def with_its_plates(sign: SignAhead, known: SignAhead | None, others: Iterable[SignAhead]) -> SignAhead:
     """The sign with the plates that another track surely shows of it: from afar plates cannot be read.
 
+    A track that was lost from afar is often thought to be nearer than the post, or farther.
     `known`: what was known of this track before. Its shared plates stay once the other track was passed, and go if that one
     no longer shows any.
     """
     if sign.plates or sign.scope != "permanent":
         return sign
-    there = [each for each in others if _same(sign, each) and not each.shared and _apart_m(sign, each) <= SAME_M]
+    same = [each for each in others if _same(sign, each) and not each.shared]
+    there = [each for each in same if _apart_m(sign, each) <= SAME_M or _was_lost_before(sign, each)]
     twins = [each for each in there if each.plates and each.believed and each.confidence >= SURE]
     if known is not None and known.shared and _same(known, sign) and sign.distance_m is not None and not there:
         twins = [known]

@@ -50,7 +50,9 @@ def test_rain_recommends_less_than_the_law_allows_and_both_are_among_the_reasons
     assert last.citations[0].document == "stvo.md"
 
 
-@pytest.mark.parametrize(("most", "level", "told"), [(0.75, "high", True), (0.93, "high", False), (0.93, "severe", True)])
+@pytest.mark.parametrize(
+    ("most", "level", "told"), [(0.75, "high", True), (0.93, "high", False), (0.93, "severe", True)]
+)
 def test_rain_under_which_the_road_may_be_as_good_as_dry_is_shown_and_not_spoken_of(
     most: float, level: str, told: bool
 ) -> None:

@@ -68,6 +68,19 @@ def test_a_track_that_was_lost_from_afar_is_of_the_post_that_was_passed_since(sp
     assert lost_from_afar(LORRIES, speed_mps).target_mps == pytest.approx(130 * KMH)
 
 
+@pytest.mark.parametrize("apart_m", [-25.0, -12.0, 12.0, 25.0])
+def test_a_track_that_was_lost_from_afar_takes_the_plates_of_the_one_that_began_since(apart_m: float) -> None:
+    drive = on_the_motorway()
+    drive.tick(seen(PLAIN, 105.0 + apart_m))
+    drive.ticks(9)
+    for k in range(10, 35):
+        drive.tick(seen(PLATED, 105.0 - 3.0 * k, **LORRIES))
+        assert drive.target_mps > 80 * KMH or k < 14, "its plate was read"
+    drive.tick(limit_sign("limit:80", track_id=PLATED, passed=True, **LORRIES))
+    drive.ticks(30)
+    assert drive.target_mps == pytest.approx(130 * KMH)
+
+
 @pytest.mark.parametrize("doubt", [{"confidence": 0.5}, {"confidence": 0.5, "believed": False}])
 def test_a_third_doubted_track_of_the_post_does_not_bring_back_a_limit_of_lorries(doubt: dict[str, Any]) -> None:
     drive = on_the_motorway()
