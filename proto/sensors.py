@@ -61,6 +61,8 @@ class GnssFix(msgspec.Struct, frozen=True, kw_only=True):
     latitude_deg: float | None = None
     """WGS 84; None: the map is not placed on the earth."""
     longitude_deg: float | None = None
+    utc_s: float | None = None
+    """UTC by the satellites, s since 1970; None: not told."""
 
 
 class WeatherSensing(msgspec.Struct, frozen=True, kw_only=True):

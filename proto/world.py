@@ -57,6 +57,8 @@ class Environment(msgspec.Struct, frozen=True, kw_only=True):
     doubted_limit: Observed[PostedLimit] | None = None
     ended: tuple[str, ...] = ()
     conditions: Observed[Conditions] | None = None
+    local_time: Observed[str] | None = None
+    """ISO 8601 with the zone, in steps of 5 minutes; satellites tell UTC, the country tells the zone."""
     jurisdiction: Observed[str] | None = None
     units: Observed[Unit] | None = None
     traffic_side: Observed[Literal["left", "right"]] | None = None

@@ -261,6 +261,7 @@ class Orchestrator:
             position_m=(gnss.message.x_m, gnss.message.y_m)
             if gnss is not None and finite((gnss.message.x_m, gnss.message.y_m))
             else None,
+            utc_s=self._utc_s(),
             conditions=self._stamped(topics.CONDITIONS),
             degradation=self._stamped(topics.DEGRADATION),
             facts=facts,
@@ -274,6 +275,14 @@ class Orchestrator:
             query=query,
             method=self._method,
             thresholds=self._config.thresholds,
+        )
+
+    def _utc_s(self) -> float | None:
+        """UTC now by the last fix, if that one is fresh and tells it."""
+        gnss = self._node.latest(topics.GNSS)
+        told = gnss.message.utc_s if gnss is not None and self._node.health(topics.GNSS).valid else None
+        return (
+            told + (self._node.clock.now_ns() - gnss.stamp_ns) / 1e9 if gnss is not None and told is not None else None
         )
 
     def _stamped(self, topic: Topic[M]) -> Stamped[M] | None:

@@ -303,6 +303,14 @@ class Overspeed(msgspec.Struct, frozen=True, kw_only=True):
     """The sound is over: by its time, or since the driver answered it."""
 
 
+class Utc(msgspec.Struct, frozen=True, kw_only=True):
+    """UTC in s since 1970 as satellites told it last, when by our clock, and since when the two clocks have gone on together."""
+
+    utc_s: float
+    at_ns: int
+    since_ns: int
+
+
 class State(msgspec.Struct, frozen=True, kw_only=True):
     """All that is remembered."""
 
@@ -343,6 +351,7 @@ class State(msgspec.Struct, frozen=True, kw_only=True):
     """Since when the limit is `limit_mps`."""
     announced: News | None = None
     """The limit that was announced last, until another one is told."""
+    utc: Utc | None = None
     preferences: Preferences = Preferences()
     effects: tuple[tuple[str, Effect], ...] = ()
     advisor: dict[str, Any] = {}

@@ -208,6 +208,7 @@ def _between(before: Fix, after: Fix, share: float) -> Fix:
         latitude_deg=before.latitude_deg + share * (after.latitude_deg - before.latitude_deg),
         longitude_deg=(before.longitude_deg + share * east_deg + 180.0) % 360.0 - 180.0,
         speed_mps=speed,
+        utc_s=before.utc_s + share * (after.at_s - before.at_s) if before.utc_s is not None else None,
     )
 
 
@@ -219,6 +220,7 @@ def _messages(origin: Fix, fix: Fix, at_s: float) -> Iterator[TimedMessage]:
         at_s,
         topics.GNSS,
         GnssFix(
-            x_m=x_m, y_m=y_m, heading_rad=heading, sigma_m=SIGMA_M, latitude_deg=fix.latitude_deg, longitude_deg=fix.longitude_deg
+            x_m=x_m, y_m=y_m, heading_rad=heading, sigma_m=SIGMA_M,
+            latitude_deg=fix.latitude_deg, longitude_deg=fix.longitude_deg, utc_s=fix.utc_s,
         ),
     )  # fmt: skip

@@ -8,6 +8,7 @@ import msgspec
 
 from proto.observed import value_of
 from proto.rules import PostedLimit, RulesAnswer, SignMeaning, Situation
+from services.orchestrator.observations.local_time import local_time
 from services.orchestrator.signs.limits import ROAD_TYPES, RoadType, in_force
 from services.orchestrator.state import State
 
@@ -33,6 +34,9 @@ def situation(state: State) -> Situation:
         home_unit=state.preferences.unit,
         **msgspec.structs.asdict(state.preferences.vehicle),
     )
+    if (local := local_time(state)) is not None:
+        hour = round(local.hour + local.minute / 60.0, 4)
+        asked = msgspec.structs.replace(asked, time_of_day_h=hour, day=local.strftime("%m-%d"))
     if conditions is None:
         return asked
     snow = None if conditions.precipitation == "unknown" else conditions.precipitation == "snow"

@@ -67,6 +67,8 @@ class Observations(msgspec.Struct, frozen=True, kw_only=True):
     ego: Stamped[Ego] | None = None
     road: Stamped[RoadAhead] | None = None
     position_m: tuple[float, float] | None = None
+    utc_s: float | None = None
+    """UTC now by the satellites, s since 1970."""
     conditions: Stamped[Conditions] | None = None
     degradation: Stamped[Degradation] | None = None
     facts: tuple[Stamped[Facts], ...] = ()

@@ -12,6 +12,7 @@ from proto.scene import Fact, Unit
 from proto.vehicle import Degradation
 from proto.world import EgoState, Environment, SeenSign, WorldState
 from services.orchestrator.observations.inputs import Observations, Stamped
+from services.orchestrator.observations.local_time import heard, local_time
 from services.orchestrator.observations.validity import (
     MOST_PLAUSIBLE,
     SECOND,
@@ -64,6 +65,7 @@ def observe(state: State, seen: Observations) -> State:
         held=_held(state, seen, motion),
         preferences=seen.preferences or state.preferences,
         missing=_missing(state, _degraded(seen), now_ns),
+        utc=heard(state.utc, seen.utc_s, now_ns, stepped=step_of_clock_ns(state, seen) > 0),
         effects=tuple((expert.tool, expert.effect) for expert in seen.experts),
     )
     world = _world(after, seen, motion)
@@ -247,6 +249,9 @@ def _environment(state: State, seen: Observations, motion: Motion, lanes: Stampe
     if (weather := held.conditions) is not None:
         told = _Told("weather", weather.confidence, held.conditions_ns or 0, VALID_NS["conditions"], now_ns)
         world = msgspec.structs.replace(world, conditions=told.observed(weather))
+    if (local := local_time(state)) is not None:
+        told = _Told("derived", 0.95, now_ns, VALID_NS["stated"], now_ns)
+        world = msgspec.structs.replace(world, local_time=told.observed(local.isoformat(timespec="minutes")))
     return world
 
 

@@ -15,6 +15,8 @@ class Fix(NamedTuple):
     speed_mps: float | None = None
     course_deg: float | None = None
     """Clockwise from north."""
+    utc_s: float | None = None
+    """Since 1970; None: the file tells no date, or a time that may be local."""
 
 
 class Left:

@@ -40,7 +40,7 @@ def fixes(text: str, left: Left) -> Iterator[Fix]:
         if stamps:
             taken.append((min(stamps), max(stamps)))
         for at_s, (_, point) in zip(stamps, timed, strict=True):
-            yield Fix(at_s, point.latitude, point.longitude, _speed(point), point.course)
+            yield Fix(at_s, point.latitude, point.longitude, _speed(point), point.course, at_s)
     if not told:
         for kind, others in (
             ("route point", [each for route in file.routes for each in route.points]),

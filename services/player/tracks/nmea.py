@@ -66,7 +66,8 @@ def _moving(said: list[tuple[str, Any]], left: Left) -> Iterator[Fix]:
             else clock.after(_second(of_day))
         )
         knots = number(each.data[6])
-        yield Fix(at_s, *place, knots * MPS_PER_KNOT if knots is not None else None, number(each.data[7]))
+        speed_mps = knots * MPS_PER_KNOT if knots is not None else None
+        yield Fix(at_s, *place, speed_mps, number(each.data[7]), at_s if dated else None)
 
 
 def _has_date(said: Any) -> bool:

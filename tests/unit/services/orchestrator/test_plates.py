@@ -48,7 +48,7 @@ def test_a_limit_under_such_a_plate_lowers_and_replaces_no_lower_one(plate: str)
     assert in_force(drive.state.signs)
 
 
-def test_the_time_of_day_is_not_told_so_that_hours_always_may_hold() -> None:
+def test_without_a_time_of_day_hours_always_may_hold() -> None:
     drive = Drive()
     drive.tick(limit_sign("limit:30", plates=("plate:time:22-6 h",)))
     asked = situation(drive.state)

@@ -124,7 +124,7 @@ def test_a_gopro_tells_positions_and_speeds_from_the_videos_start(payload: Any, 
     video.write_bytes(gopro(plain, [payload(NORTHWARDS[0], fix=0), *(payload(rows) for rows in NORTHWARDS[1:])]))
     fixes = read_track(video)
     assert [fix.at_s for fix in fixes] == pytest.approx([1.0, 1.5, 2.0, 2.5, 3.0, 3.5]), "the first second had no fix"
-    assert fixes[0][1:] == pytest.approx((48.1001, 11.5, 11.1, 0.0), abs=1e-6)
+    assert fixes[0][1:5] == pytest.approx((48.1001, 11.5, 11.1, 0.0), abs=1e-6)
     assert track_beside(video) == video
 
 

@@ -1,6 +1,7 @@
 """Position tracks beside a recording: speed and position at the recording's pace."""
 
 import re
+from datetime import UTC, datetime
 from pathlib import Path
 
 import cv2
@@ -64,6 +65,8 @@ def test_each_format_tells_speed_course_and_time_from_the_first_fix(suffix: str,
     assert [fix.speed_mps for fix in fixes] == pytest.approx(speeds, abs=0.1)
     assert [fix.course_deg for fix in fixes] == pytest.approx([course] * len(fixes), abs=1.0)
     assert (fixes[0].at_s, fixes[-1].at_s) == (0.0, 2.0)
+    dated = suffix != "csv"
+    assert all((fix.utc_s is not None) is dated for fix in fixes)
 
 
 @pytest.mark.parametrize(
@@ -145,7 +148,9 @@ def test_speed_and_position_are_played_beside_the_pictures(tmp_path: Path) -> No
         config = PlayerConfig(source=str(tmp_path), picture_period_s=0.1, track=str(tmp_path / "drive.gpx"))
         b.start(SERVICE, config)
         assert ego.wait().speed_mps == pytest.approx(11.1, abs=0.1)
-        assert places.wait().latitude_deg == pytest.approx(48.1)
+        fix = places.wait()
+        assert fix.latitude_deg == pytest.approx(48.1)
+        assert fix.utc_s == pytest.approx(datetime(2026, 5, 1, 10, tzinfo=UTC).timestamp(), abs=5.0)
 
 
 @pytest.mark.parametrize(

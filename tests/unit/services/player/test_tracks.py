@@ -90,7 +90,7 @@ def test_a_second_over_midnight_is_a_second(times: tuple[str, str], tmp_path: Pa
 def test_headers_in_the_languages_of_drivers_are_read(head: str, tmp_path: Path) -> None:
     path = tmp_path / "drive.csv"
     path.write_text(f"{head}\n10:00:00;48,1;11,5;36,0;90,5\n10:00:01;48,1;11,5;36,0;90,5\n", encoding="utf-8")
-    assert list(read_track(path)[1]) == pytest.approx([1.0, 48.1, 11.5, 10.0, 90.5])
+    assert list(read_track(path)[1][:5]) == pytest.approx([1.0, 48.1, 11.5, 10.0, 90.5])
 
 
 @pytest.mark.parametrize("talker", ["GP", "GN", "GL", "GA"])
