@@ -12,6 +12,8 @@ from typing import IO, Any
 
 import can
 
+from drivemcp.files.time_of_day import second_of_day
+
 logging.getLogger("can.io.trc").setLevel(logging.ERROR)
 """It tells of each line that it cannot read; so do we, by its number."""
 EVENT = re.compile(r"\s*(-?)(\d+)[.,](\d+)(?=\s)")
@@ -35,7 +37,6 @@ _RAW_LENGTH = re.compile(r"_[9A-F]$", re.I)
 _ERROR_FRAME = re.compile(r"^[2367ABEF][0-9A-F]{7}#.*$", re.I)
 """SocketCAN's mark of an error frame, of whatever class; python-can knows one class and takes the others for data."""
 CSV_HEADER = "timestamp,arbitration_id,extended,remote,error,dlc,data"
-_OF_DAY = re.compile(r"(?:\S+[\sT]\s*)?(\d{1,2}):([0-5]\d):([0-5]\d)(?:[.,:](\d+))?\s*(?:([ap])\.?m\.?)?", re.I)
 _TRC_COMMA = re.compile(r"^(;\$STARTTIME=\d+|\s*\d+\)?\s+-?\d+),(\d+)")
 _TRC_KEYWORD = re.compile(r"\s*;\$([A-Z]+)=([^;\s]*)[;\s]*$", re.I)
 """A line of the head; PEAK ends some with a semicolon, which is no part of the value."""
@@ -247,15 +248,7 @@ def seconds(text: str) -> float | None:
     try:
         return datetime.fromisoformat(text.strip()).timestamp()
     except (ValueError, OverflowError, OSError):
-        return _second_of_day(text.strip())
-
-
-def _second_of_day(text: str) -> float | None:
-    found = _OF_DAY.fullmatch(text)
-    if found is None or int(found[1]) > 23:
-        return None
-    hour = int(found[1]) % 12 + (12 if found[5].lower() == "p" else 0) if found[5] else int(found[1])
-    return hour * 3600 + int(found[2]) * 60 + float(f"{found[3]}.{found[4] or 0}")
+        return second_of_day(text)
 
 
 def open_text(path: Path) -> IO[str]:

@@ -10,6 +10,7 @@ from datetime import UTC, datetime
 from typing import NamedTuple
 
 from drivemcp.files.since_1970 import counts_per_s
+from drivemcp.files.time_of_day import second_of_day
 from services.player.can_log import SPEED_UNITS
 from services.player.tracks.coordinates import degrees, in_minutes, of_minutes
 from services.player.tracks.fix import Clock, Fix, Left, number
@@ -45,10 +46,6 @@ HEAD_LINES = 50
 LONGEST_STEP_S = 60.0
 """Between the fixes of a track that is of use; a longer one may be of another unit."""
 SINCE_1970 = 9e8
-_OF_DAY = re.compile(
-    r"(?:^|[\sT])(\d{1,2}):(\d{2})(?::(\d{2}(?:[.,]\d+)?))?\s*(?:([ap])\.?m\.?)?\s*(?:[A-Z]{1,5}\b)?\s*(?:[+-]\d\d:?\d\d)?(?:\s+\d{4})?$",
-    re.I,
-)
 _DIGITS = re.compile(r"([01]\d|2[0-3])([0-5]\d)([0-5]\d(?:\.\d+)?)")
 
 
@@ -219,15 +216,6 @@ def _time(text: str, unit: str | None, delimiter: str, clock: Clock, *, digits: 
     try:
         at = datetime.fromisoformat(re.sub(r"\s*UTC$", "+00:00", text.strip()))
     except ValueError:
-        return _of_day(text.strip(), clock)
+        second = second_of_day(text)
+        return clock.after(second) if second is not None else None
     return (at if at.tzinfo is not None else at.replace(tzinfo=UTC)).timestamp()
-
-
-def _of_day(text: str, clock: Clock) -> float | None:
-    found = _OF_DAY.search(text)
-    if found is None:
-        return None
-    hour, minute, second = int(found[1]), int(found[2]), float((found[3] or "0").replace(",", "."))
-    if found[4]:
-        hour = hour % 12 + (12 if found[4].lower() == "p" else 0)
-    return clock.after(hour * 3600 + minute * 60 + second) if hour < 24 and minute < 60 and second < 61 else None

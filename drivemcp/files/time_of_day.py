@@ -1,0 +1,21 @@
+"""A time of day as programs and people write it, behind a date or alone."""
+
+import re
+
+_WRITTEN = re.compile(
+    r"(?:.*[\sT])?(\d{1,2}):([0-5]\d)(?::([0-5]\d|60)(?:[.,:](\d+))?)?\s*(?:([ap])\.?m\.?)?"
+    r"\s*(?:[A-Z]{1,5}\b)?\s*(?:[+-]\d\d:?\d\d)?(?:\s+\d{4})?",
+    re.I,
+)
+"""Hour, minute, second, its fraction, half of the day; then a zone, which is passed over, and a year."""
+
+
+def second_of_day(text: str) -> float | None:
+    """Seconds since midnight as the text says it, whatever its zone; None: no time of day ends it."""
+    found = _WRITTEN.fullmatch(text.strip())
+    if found is None:
+        return None
+    hour = int(found[1])
+    if found[5]:
+        hour = hour % 12 + (12 if found[5].lower() == "p" else 0)
+    return hour * 3600 + int(found[2]) * 60 + float(f"{found[3] or 0}.{found[4] or 0}") if hour < 24 else None
