@@ -4,6 +4,7 @@ import re
 import sys
 import time
 from collections.abc import Iterable, Iterator, Sequence
+from datetime import datetime
 from decimal import Decimal
 from itertools import pairwise
 from pathlib import Path
@@ -18,6 +19,12 @@ from services.player.recording import Options, Picture, Recording, camera_messag
 
 _NUMBERS = re.compile(r"([0-9]+)")
 _LAST_NUMBER = re.compile(r"[0-9]+(?:\.[0-9]+)?$")
+_DATE_AND_TIME = re.compile(
+    r"(?<!\d)(20\d\d)([-_.]?)(\d\d)\2(\d\d)[-_.T ]?(\d\d)([-_.:]?)(\d\d)\6(\d\d)(?:[-_.,]?(\d{3}|\d{6}))?(?!\d)"
+)
+"""Year, month, day, hour, minute, second, and milli- or microseconds, as cameras name their pictures."""
+FASTEST_S = 0.002
+"""No camera's pictures follow sooner: what stands behind a time is a number then."""
 _PLAUSIBLE_S = (9.4e8, 4.2e9)
 """From 1999 to 2103."""
 PERIOD_S = 0.5
@@ -82,20 +89,42 @@ def ordered(files: Iterable[Path]) -> list[Path]:
 
 
 def times_in(files: Sequence[Path]) -> list[float]:
-    """Seconds from the first picture, of those whose names end in times since 1970 (s, ms, us or ns); else empty.
+    """Seconds from the first picture, of those whose names hold date and time, or end in times since 1970 (s, ms, us or ns); else empty.
 
     Empty too where two have one time, or a pause is longer than `LONGEST_PAUSE_S`: such pictures are no drive.
     """
-    found = [_LAST_NUMBER.search(file.stem) for file in files]
+    times = _dated([file.stem for file in files]) or _counted([file.stem for file in files])
+    if len(times) < 2:
+        return []
+    from_first = [float(each - times[0]) for each in times]
+    pauses = [later - before for before, later in pairwise(from_first)]
+    return from_first if all(FASTEST_S < each <= LONGEST_PAUSE_S for each in pauses) else []
+
+
+def _dated(names: Sequence[str]) -> list[Decimal]:
+    """Seconds since 1970 of names that all hold date and time; else empty."""
+    found = [each for each in map(_DATE_AND_TIME.search, names) if each is not None]
+    if len(found) != len(names):
+        return []
+    try:
+        return [
+            int(datetime.fromisoformat(f"{'-'.join(each.group(1, 3, 4))}T{':'.join(each.group(5, 7, 8))}Z").timestamp())
+            + Decimal(f"0.{each[9] or 0}")
+            for each in found
+        ]
+    except ValueError:  # no day of the calendar
+        return []
+
+
+def _counted(names: Sequence[str]) -> list[Decimal]:
+    """Seconds of names that all end in times since 1970, of one unit; else empty."""
+    found = [_LAST_NUMBER.search(name) for name in names]
     counts = [Decimal(each[0]) for each in found if each]
-    if len(counts) != len(files) or len(counts) < 2:
-        return []
     units = {counts_per_s(float(each)) for each in counts}
-    if len(units) > 1 or not all(_PLAUSIBLE_S[0] < float(each) / max(units) < _PLAUSIBLE_S[1] for each in counts):
+    if len(counts) != len(names) or len(units) != 1:
         return []
-    times = [float((each - counts[0]) / Decimal(max(units))) for each in counts]
-    pauses = [later - before for before, later in pairwise(times)]
-    return times if all(0.0 < each <= LONGEST_PAUSE_S for each in pauses) else []
+    times = [each / Decimal(max(units)) for each in counts]
+    return times if all(_PLAUSIBLE_S[0] < each < _PLAUSIBLE_S[1] for each in times) else []
 
 
 def _by_numbers(file: Path) -> tuple[list[int | str], str]:
