@@ -89,7 +89,10 @@ def words(element: "Element | None", without: frozenset[str] = frozenset()) -> s
         if not name or name in without:
             continue
         before, after = ("(", ") ") if name == "Pnumber" else (" ", " ") if name in BLOCKS else ("", "")
-        inside: list[Element | str] = [before, at.text or ""]
+        own = at.text or ""
+        if name in RAISED and own.strip().isdecimal():
+            own = own.translate(_SUPERSCRIPT)
+        inside: list[Element | str] = [before, own]
         for below in at:
             inside += [below, below.tail or ""]
         todo += reversed([*inside, after])
@@ -126,6 +129,9 @@ def walked(root: "Element", skipped: frozenset[str]) -> "Iterator[Element]":
             todo += reversed(at)
 
 
+RAISED = frozenset({"sup", "SUP", "Superior"})
+_SUPERSCRIPT = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
+"""A raised number is a power or a note, and no digit of the number before it."""
 BLOCKS = frozenset(
     {"P", "DL", "DT", "DD", "LA", "BR", "row", "entry", "Text", "P3", "P4", "P5", "ListItem", "Para",
      "p", "num", "heading", "intro", "content", "wrapUp", "list", "point", "paragraph", "subparagraph", "item", "li", "tr", "td", "th",

@@ -229,6 +229,20 @@ def test_cells_and_lines_stand_apart(tmp_path: Path) -> None:
     assert texts(read(tmp_path, british)) == {"s. 1": "Class km/h Bus 60"}
 
 
+@pytest.mark.parametrize(
+    ("written", "read_as"),
+    [
+        ("v<sup>2</sup>/20", "v²/20"),
+        ("80 m<sup> 3 </sup>", "80 m ³"),
+        ("Art. 1<sup>bis</sup>", "Art. 1bis"),
+        ("CO<sub>2</sub>", "CO2"),
+    ],
+)
+def test_a_raised_number_is_a_power_and_no_digit(written: str, read_as: str, tmp_path: Path) -> None:
+    akn = AKN.format(meta="", body=section("1", f"<content><p>{written}</p></content>"), after="")
+    assert texts(read(tmp_path, akn)) == {"s. 1": read_as}
+
+
 def test_a_paragraph_in_a_part_of_a_schedule_is_cited_by_its_schedule_and_has_no_other_ones_heading(
     tmp_path: Path,
 ) -> None:
