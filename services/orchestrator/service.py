@@ -37,6 +37,7 @@ from services.orchestrator.observations.inputs import (
     experts,
     road_ahead,
 )
+from services.orchestrator.observations.local_time import told_now_s
 from services.orchestrator.speech.wording import say
 from services.orchestrator.speed_assistance import MOST_TOLERANCE
 from services.orchestrator.state import State
@@ -279,11 +280,10 @@ class Orchestrator:
 
     def _utc_s(self) -> float | None:
         """UTC now by the last fix, if that one is fresh and tells it."""
-        gnss = self._node.latest(topics.GNSS)
-        told = gnss.message.utc_s if gnss is not None and self._node.health(topics.GNSS).valid else None
-        return (
-            told + (self._node.clock.now_ns() - gnss.stamp_ns) / 1e9 if gnss is not None and told is not None else None
-        )
+        gnss, health = self._node.latest(topics.GNSS), self._node.health(topics.GNSS)
+        if gnss is None or not (health.alive and health.valid):
+            return None
+        return told_now_s(gnss.message.utc_s, gnss.stamp_ns, self._node.clock.now_ns())
 
     def _stamped(self, topic: Topic[M]) -> Stamped[M] | None:
         received = self._node.latest(topic)

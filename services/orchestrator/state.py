@@ -223,6 +223,8 @@ class Held(msgspec.Struct, frozen=True, kw_only=True):
     legal: RulesAnswer | None = None
     legal_key: str = ""
     """The question that it answered."""
+    legal_h: float | None = None
+    """The time of day with which that was asked; None: none."""
     places: tuple[ToldPlace, ...] = ()
     """The countries of the last answers by name, the newest last."""
     legal_ns: int = 0
@@ -304,11 +306,14 @@ class Overspeed(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Utc(msgspec.Struct, frozen=True, kw_only=True):
-    """UTC in s since 1970 as satellites told it last, when by our clock, and since when the two clocks have gone on together."""
+    """UTC in s since 1970 as satellites told it last and first, each with the time of our clock, while the two went on together."""
 
     utc_s: float
     at_ns: int
+    first_s: float
     since_ns: int
+    doubted_to_ns: int = 0
+    """Until then it is not believed: satellites contradicted what was believed."""
 
 
 class State(msgspec.Struct, frozen=True, kw_only=True):

@@ -8,8 +8,8 @@ import msgspec
 
 from proto.observed import value_of
 from proto.rules import PostedLimit, RulesAnswer, SignMeaning, Situation
-from services.orchestrator.observations.local_time import local_time
-from services.orchestrator.signs.limits import ROAD_TYPES, RoadType, in_force
+from services.orchestrator.observations.local_time import hour, local_time
+from services.orchestrator.signs.limits import HOURS_PLATE, ROAD_TYPES, SURE, RoadType, in_force
 from services.orchestrator.state import State
 
 VISIBILITY_STEPS_M = (2000.0, 1000.0, 500.0, 300.0, 200.0, 150.0, 100.0, 75.0, 50.0, 25.0, 0.0)
@@ -35,8 +35,7 @@ def situation(state: State) -> Situation:
         **msgspec.structs.asdict(state.preferences.vehicle),
     )
     if (local := local_time(state)) is not None:
-        hour = round(local.hour + local.minute / 60.0, 4)
-        asked = msgspec.structs.replace(asked, time_of_day_h=hour, day=local.strftime("%m-%d"))
+        asked = msgspec.structs.replace(asked, time_of_day_h=hour(state), day=local.strftime("%m-%d"))
     if conditions is None:
         return asked
     snow = None if conditions.precipitation == "unknown" else conditions.precipitation == "snow"
@@ -45,7 +44,11 @@ def situation(state: State) -> Situation:
 
 
 def _coarse(posted: PostedLimit) -> PostedLimit:
-    return msgspec.structs.replace(posted, age_s=0.0, confidence=int(min(max(posted.confidence, 0.0), 1.0) * 20) / 20)
+    """Hours that are not sure are not told: any may be meant."""
+    sure = posted.confidence >= SURE
+    plates = tuple(HOURS_PLATE if not sure and each.startswith(HOURS_PLATE) else each for each in posted.plates)
+    confidence = int(min(max(posted.confidence, 0.0), 1.0) * 20) / 20
+    return msgspec.structs.replace(posted, age_s=0.0, confidence=confidence, plates=plates)
 
 
 def _step(visibility_m: float | None) -> float | None:

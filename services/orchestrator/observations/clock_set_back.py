@@ -21,6 +21,7 @@ def on_this_clock(state: State, now_ns: int) -> State:
         signs=_signs(state.signs, now_ns),
         light=_light(state.light, now_ns),
         overspeed=_overspeed(state.overspeed, now_ns),
+        utc=None,
         onsets=tuple(each for each in state.onsets if each.last_ns <= now_ns),
         missing=tuple(each for each in state.missing if each.since_ns <= now_ns),
         gaps=tuple(each for each in state.gaps if each.stamp_ns <= now_ns),

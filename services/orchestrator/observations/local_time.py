@@ -10,6 +10,8 @@ from functools import cache
 from types import MappingProxyType
 from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
 
+import msgspec
+
 from services.orchestrator.observations.validity import SECOND
 from services.orchestrator.state import State, Utc
 
@@ -21,33 +23,78 @@ ZONES: Mapping[str, str] = MappingProxyType(
     }
 )  # fmt: skip
 """Countries and parts with one zone. Spain, Texas, Florida and the USA as a whole have several: their time of day is unknown."""
-STEADY_NS, KEPT_NS = 3 * SECOND, 600 * SECOND
-"""For so long UTC has to go on as our clock does before it is believed; for so long our clock goes on without it, as in a tunnel."""
-MOST_DRIFT_S = 2.0
+FRESH_NS = 2 * SECOND
+"""Receivers tell a position once a second or more often."""
+STEADY_NS, KEPT_NS = 10 * SECOND, 600 * SECOND
+"""For so long UTC has to go on as our clock does before it is believed. For so long our clock goes on without it, as in a tunnel, and a
+contradiction is remembered."""
+MOST_DRIFT_S, DRIFT_RATE = 1.0, 1e-4
+"""By how much the two may part, and by how much more of the time since: a car's clock is wrong by less."""
 FIRST_S, LAST_S = 1_577_836_800.0, 4_102_444_800.0
 """The years 2020 to 2099: a receiver without time tells another."""
 STEP_MIN = 5
 """The time of day counts in such steps, so that a stretch of road is one question."""
+ANSWERS_S = 2
+"""Rules have so long to answer once the hour is another."""
+
+
+def told_now_s(utc_s: float | None, stamp_ns: int, now_ns: int) -> float | None:
+    """UTC now by a fix of a time; None where the fix tells none, is late, or is of a time that is yet to come."""
+    age_ns = now_ns - stamp_ns
+    return utc_s + age_ns / SECOND if utc_s is not None and 0 <= age_ns <= FRESH_NS else None
 
 
 def heard(known: Utc | None, told_s: float | None, now_ns: int, *, stepped: bool) -> Utc | None:
     """UTC after a tick in which satellites told it, or did not. It begins anew where either clock leapt."""
-    if known is not None and (stepped or now_ns < known.at_ns or now_ns - known.at_ns > KEPT_NS):
+    if known is not None and (stepped or not 0 <= now_ns - known.at_ns <= KEPT_NS):
         known = None
     if told_s is None or not FIRST_S <= told_s <= LAST_S:
         return known
-    steady = known is not None and abs(told_s - _utc_s(known, now_ns)) <= MOST_DRIFT_S
-    return Utc(utc_s=told_s, at_ns=now_ns, since_ns=known.since_ns if known is not None and steady else now_ns)
+    if known is not None and _goes_on(known, told_s, now_ns):
+        return msgspec.structs.replace(known, utc_s=told_s, at_ns=now_ns)
+    doubted_to_ns = known.doubted_to_ns if known is not None else 0
+    if known is not None and known.at_ns - known.since_ns >= STEADY_NS:
+        doubted_to_ns = now_ns + KEPT_NS
+    return Utc(utc_s=told_s, at_ns=now_ns, first_s=told_s, since_ns=now_ns, doubted_to_ns=doubted_to_ns)
+
+
+def _goes_on(known: Utc, told_s: float, now_ns: int) -> bool:
+    gone_s = (now_ns - known.since_ns) / SECOND
+    return abs(told_s - known.first_s - gone_s) <= MOST_DRIFT_S + DRIFT_RATE * gone_s
 
 
 def local_time(state: State) -> datetime | None:
     """Date and time of day in steps of 5 minutes; None: UTC or the country is unknown, the country is assumed, or it has several zones."""
+    at = _exactly(state)
+    return at.replace(minute=at.minute // STEP_MIN * STEP_MIN, second=0, microsecond=0) if at is not None else None
+
+
+def hour(state: State) -> float | None:
+    """The time of day in hours, as the rules are asked with it; None: unknown."""
+    at = local_time(state)
+    return round(at.hour + at.minute / 60.0, 4) if at is not None else None
+
+
+def is_over(asked_h: float | None, state: State) -> bool:
+    """Whether the hour that the rules were asked with is over, and they had time to answer for the present one, or that is unknown."""
+    if asked_h is None:
+        return False
+    at, now_h = _exactly(state), hour(state)
+    if at is None or now_h is None:
+        return True
+    steps = round((now_h - asked_h) * 60 / STEP_MIN) % (24 * 60 // STEP_MIN)
+    into_s = at.minute % STEP_MIN * 60 + at.second
+    return steps != 0 and not (steps == 1 and into_s < ANSWERS_S)
+
+
+def _exactly(state: State) -> datetime | None:
     known, country = state.utc, state.signs.jurisdiction
     zone = _zone(state.place or "")
-    if known is None or country is None or country.assumed or zone is None or known.at_ns - known.since_ns < STEADY_NS:
+    if known is None or country is None or country.assumed or zone is None:
         return None
-    at = datetime.fromtimestamp(_utc_s(known, state.now_ns), UTC).astimezone(zone)
-    return at.replace(minute=at.minute // STEP_MIN * STEP_MIN, second=0, microsecond=0)
+    if known.at_ns - known.since_ns < STEADY_NS or state.now_ns < known.doubted_to_ns:
+        return None
+    return datetime.fromtimestamp(known.utc_s + (state.now_ns - known.at_ns) / SECOND, UTC).astimezone(zone)
 
 
 @cache
@@ -57,7 +104,3 @@ def _zone(place: str) -> ZoneInfo | None:
         return ZoneInfo(ZONES[place]) if place in ZONES else None
     except ZoneInfoNotFoundError:
         return None
-
-
-def _utc_s(known: Utc, now_ns: int) -> float:
-    return known.utc_s + (now_ns - known.at_ns) / SECOND

@@ -9,6 +9,8 @@ from services.orchestrator.state import InForce, SignAhead
 
 SAME_M = 8.0
 """Ranges of one sign by two cameras differ by a few metres; two signs of one limit do not follow each other so closely."""
+UNSEEN_NS = 1_000_000_000
+"""A track without a word for so long, while pictures were read, is lost: the front end repeats what it sees twice a second."""
 RANGE_SHARE = 0.5
 """From afar only its size tells how far away a sign is: stop signs 90 m away were thought to be 129 m away."""
 
@@ -39,9 +41,10 @@ def with_its_plates(sign: SignAhead, known: SignAhead | None, others: Iterable[S
     if sign.plates or sign.scope != "permanent":
         return sign
     same = [each for each in others if _same(sign, each) and not each.shared]
-    there = [each for each in same if _apart_m(sign, each) <= SAME_M or _was_lost_before(sign, each)]
+    lost = sign.missed_ns >= UNSEEN_NS
+    there = [each for each in same if _apart_m(sign, each) <= SAME_M or (lost and _was_lost_before(sign, each))]
     twins = [each for each in there if each.plates and each.believed and each.confidence >= SURE]
-    if known is not None and known.shared and _same(known, sign) and sign.distance_m is not None and not there:
+    if known is not None and known.shared and _same(known, sign) and sign.distance_m is not None and not same:
         twins = [known]
     return msgspec.structs.replace(sign, plates=twins[0].plates, scope=twins[0].scope, shared=True) if twins else sign
 

@@ -33,8 +33,8 @@ UNSIGNED_UNKNOWN_KMH = 50.0
 """The lowest limit that our countries have without a sign on such a road: above it, a sign may raise what holds."""
 MOST_CONDITIONAL = 3
 SCHOOL_PLATE, ARROW_PLATE, DISTANCE_PLATE, WET_PLATE = "plate:school", "plate:arrow", "plate:distance", "plate:when_wet"
-LORRIES_PLATE = "plate:lorries"
-RESTRICTED_PLATES = (LORRIES_PLATE, "plate:time", WET_PLATE, SCHOOL_PLATE, ARROW_PLATE)
+LORRIES_PLATE, HOURS_PLATE = "plate:lorries", "plate:time"
+RESTRICTED_PLATES = (LORRIES_PLATE, HOURS_PLATE, WET_PLATE, SCHOOL_PLATE, ARROW_PLATE)
 """Plates under which a limit stands beside the others instead of replacing them. The ego's way is not known: a limit under an
 arrow counts whenever it is the lowest, and what stands under an arrow ends or starts nothing, but for a slower town."""
 TOWN_KMH = 50.0
@@ -129,7 +129,7 @@ def _set(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
     limit = InForce(posted=posted, since_ns=now_ns, track_id=sign.track_id)
     if sign.scope == "when_wet" or hangs(sign.plates, *RESTRICTED_PLATES):
         others = tuple(each for each in signs.conditional if _differs(each, posted))
-        limit = msgspec.structs.replace(limit, posted=_surest(signs, posted, now_ns))
+        limit = _surest(signs, limit)
         return changed(signs, now_ns, conditional=_strictest((*others, limit)))
     if hangs(sign.plates, DISTANCE_PLATE) and not lowers(signs, sign):
         return signs
@@ -144,11 +144,11 @@ def _set(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
     return changed(signs, now_ns, ended=(), **{slot: limit}, **also.get(slot, {}))
 
 
-def _surest(signs: Signs, posted: PostedLimit, now_ns: int) -> PostedLimit:
-    """The limit as surely as any track of its post told it: a later, doubted track takes no belief away."""
-    of_post = (each for each in signs.conditional if now_ns - each.since_ns < SAME_POST_NS)
-    told = (each.posted for each in of_post if not _differs(each, posted))
-    return max((posted, *told), key=lambda each: each.confidence)
+def _surest(signs: Signs, limit: InForce) -> InForce:
+    """The limit as the surest track of its post told it, and when: a later, doubted track takes no belief away, and lends none."""
+    of_post = (each for each in signs.conditional if limit.since_ns - each.since_ns < SAME_POST_NS)
+    told = (each for each in of_post if not _differs(each, limit.posted))
+    return max((limit, *told), key=lambda each: each.posted.confidence)
 
 
 def _contradicts(known: InForce | None, limit: InForce) -> bool:

@@ -18,6 +18,7 @@ from proto.rules import Citation, LegalLimit, PostedLimit, RulesAnswer
 from proto.vehicle import VehicleHealth
 from services.orchestrator.law import rules_question
 from services.orchestrator.law.limits_ahead import limits_ahead, surely
+from services.orchestrator.observations.local_time import is_over
 from services.orchestrator.signs.limits import doubts_unit, in_force, may_be_ours
 from services.orchestrator.state import Lost, SignAhead, State
 from services.orchestrator.target.lost import Asks, holds_back, settled, unseen
@@ -169,7 +170,7 @@ def target(state: State) -> Target:
 def law_of(state: State) -> Law:
     """The answer to today's question; else the last or a doubted answer, if no sign says less; else the sign; else caution.
 
-    An answer that was given for another road or country holds only where it is below caution.
+    An answer that was given for another road, country or hour holds only where it is below caution.
     """
     unknown, held = Law(None, cautious_mps(state), 0.3, "unknown"), state.held
     answer = held.legal if held.legal is not None and held.legal.legal_action != "unknown" else None
@@ -180,7 +181,7 @@ def law_of(state: State) -> Law:
     limit = answer.limit if answer is not None else None
     if answer is None or limit is None or (sign is not None and to_mps(sign.value, sign.unit) < limit.mps):
         return _posted(sign) if sign is not None else unknown
-    if limit.mps > cautious_mps(state) and _elsewhere(state, limit):
+    if limit.mps > cautious_mps(state) and (_elsewhere(state, limit) or is_over(held.legal_h, state)):
         return unknown
     if todays or state.now_ns - held.legal_ns < ANSWER_SERVES_NS:
         return _answered(state, answer, "rules")

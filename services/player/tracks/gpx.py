@@ -39,8 +39,9 @@ def fixes(text: str, left: Left) -> Iterator[Fix]:
             continue
         if stamps:
             taken.append((min(stamps), max(stamps)))
+        zoned = all(point.time is not None and point.time.tzinfo is not None for _, point in timed)
         for at_s, (_, point) in zip(stamps, timed, strict=True):
-            yield Fix(at_s, point.latitude, point.longitude, _speed(point), point.course, at_s)
+            yield Fix(at_s, point.latitude, point.longitude, _speed(point), point.course, at_s if zoned else None)
     if not told:
         for kind, others in (
             ("route point", [each for route in file.routes for each in route.points]),

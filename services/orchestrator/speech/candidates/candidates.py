@@ -417,12 +417,13 @@ def _of_the_surface(conditions: Conditions) -> str:
 
 
 def _is_ordinary_rain(conditions: Conditions, level: str) -> bool:
-    """Whether a wet road's risk is moderate, or high at the worst reckoning alone: the road may have hardly less grip than a dry one."""
-    return level not in GRAVE or (level != "severe" and conditions.mu_high > WETTED_MU)
+    """Whether a wet road's risk is moderate, or hardly more: at best its grip is that of a damp road, and at worst not much below."""
+    hardly = conditions.mu_high > WETTED_MU and conditions.mu_low > HARDLY_MU and not conditions.disagree
+    return level not in GRAVE or (level != "severe" and hardly)
 
 
-WETTED_MU = 0.85
-"""Grip at best under 0.13 mm of water (Weather's curve); a film that is surely thicker has less."""
+WETTED_MU, HARDLY_MU = 0.85, 0.33
+"""Grip at best under 0.13 mm of water (Weather's curve); and a little below where the level "high" begins."""
 _OPEN = {"water": "water_open", "slippery": "slippery_open"}
 """Phrases with a speed, and their like without one."""
 SETTLES_S = 2.0

@@ -51,13 +51,17 @@ def test_rain_recommends_less_than_the_law_allows_and_both_are_among_the_reasons
 
 
 @pytest.mark.parametrize(
-    ("most", "level", "told"), [(0.75, "high", True), (0.93, "high", False), (0.93, "severe", True)]
-)
+    ("least", "most", "level", "disagree", "told"),
+    [
+        (0.35, 0.75, "high", False, True), (0.35, 0.93, "high", False, False), (0.35, 0.93, "severe", False, True),
+        (0.28, 0.93, "high", False, True), (0.35, 0.93, "high", True, True),
+    ],
+)  # fmt: skip
 def test_rain_under_which_the_road_may_be_as_good_as_dry_is_shown_and_not_spoken_of(
-    most: float, level: str, told: bool
+    least: float, most: float, level: str, disagree: bool, told: bool
 ) -> None:
     drive = Drive(speed_mps=14.0)
-    drive.weather = conditions(mu_low=0.35, mu_high=most, factor=0.7, wet=True, risk_level=level)
+    drive.weather = conditions(mu_low=least, mu_high=most, factor=0.7, wet=True, risk_level=level, disagree=disagree)
     drive.ask.table = {**drive.ask.table, "assess_weather": lambda a: drive.weather}
     drive.ticks(80)
     assert any("Water" in said for said in drive.spoken()) is told

@@ -69,6 +69,11 @@ def test_each_format_tells_speed_course_and_time_from_the_first_fix(suffix: str,
     assert all((fix.utc_s is not None) is dated for fix in fixes)
 
 
+def test_gpx_times_without_a_zone_may_be_local_and_tell_no_utc(tmp_path: Path) -> None:
+    (path := tmp_path / "drive.gpx").write_text(GPX.replace("Z</time>", "</time>"))
+    assert [fix.utc_s for fix in read_track(path)] == [None] * 3
+
+
 @pytest.mark.parametrize(
     ("name", "text", "said"),
     [

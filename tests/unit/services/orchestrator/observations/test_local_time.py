@@ -1,5 +1,6 @@
 """The time of day is known where satellites tell UTC steadily and the country has one zone; anything else is unknown, which is careful."""
 
+from collections.abc import Callable
 from datetime import UTC, datetime
 
 import msgspec
@@ -11,17 +12,25 @@ from drivemcp.paths import data
 from proto.rules import Situation
 from proto.scene import COUNTRIES
 from services.orchestrator.law.rules_question import situation
-from services.orchestrator.observations.local_time import KEPT_NS, LAST_S, STEADY_NS, ZONES, heard, local_time
+from services.orchestrator.observations.local_time import (
+    KEPT_NS,
+    LAST_S,
+    STEADY_NS,
+    ZONES,
+    heard,
+    local_time,
+    told_now_s,
+)
 from services.orchestrator.state import Utc
 from services.rules.book import load_book
 from services.rules.limits.limit_answer import applicable_limit
-from tests.unit.services.orchestrator.support import EXPERTS, KMH, Drive, Played, fact, replace
+from tests.unit.services.orchestrator.support import EXPERTS, KMH, Drive, Played, fact, limit_sign, replace
 
 NIGHT_S = datetime(2026, 7, 1, 20, 57, 30, tzinfo=UTC).timestamp()
 S = 1_000_000_000
 
 
-def driven(country: str = "DEU", seconds: float = 5.0, utc_s: float = NIGHT_S) -> Drive:
+def driven(country: str = "DEU", seconds: float = 12.0, utc_s: float = NIGHT_S) -> Drive:
     drive = Drive()
     drive.tick(fact("jurisdiction", country))
     for k in range(round(10 * seconds)):
@@ -43,11 +52,8 @@ def test_the_rules_are_asked_with_the_hour_and_day_of_the_country(country: str, 
 
 @pytest.mark.parametrize(("utc_s", "kmh"), [(NIGHT_S, 130), (NIGHT_S - 12 * 3600.0, 100), (None, 100)])
 def test_a_dutch_motorway_has_its_limit_by_day_and_by_night(utc_s: float | None, kmh: float) -> None:
-    book = load_book((data("rulepacks/NLD-v1"),))[0]
-    law = {"applicable_limit": lambda a: applicable_limit(book, msgspec.convert(a["situation"], Situation))}
-    drive = Drive(Played({**EXPERTS, **law}), road="motorway", speed_mps=27.0)
-    drive.tick(fact("jurisdiction", "NLD"))
-    for k in range(120):
+    drive = dutch()
+    for k in range(150):
         drive.tick(utc_s=None if utc_s is None else utc_s + k / 10)
     assert drive.target_mps == pytest.approx(kmh * KMH)
 
@@ -81,35 +87,108 @@ def test_our_clock_goes_on_in_a_tunnel_for_ten_minutes() -> None:
     assert heard(known, None, known.at_ns + KEPT_NS + 1, stepped=False) is None
 
 
+def dutch() -> Drive:
+    """A Dutch motorway, where 100 km/h hold from 6 to 19 h and 130 by night."""
+    book = load_book((data("rulepacks/NLD-v1"),))[0]
+    law = {"applicable_limit": lambda a: applicable_limit(book, msgspec.convert(a["situation"], Situation))}
+    drive = Drive(Played({**EXPERTS, **law}), road="motorway", speed_mps=27.0)
+    drive.tick(fact("jurisdiction", "NLD"))
+    return drive
+
+
+NOON_S = NIGHT_S - 9 * 3600.0
+
+
+@pytest.mark.parametrize(
+    "told_s",
+    [
+        lambda at_s: NIGHT_S,  # it stands
+        lambda at_s: NIGHT_S - 600.0 + 2.0 * at_s,  # it runs too fast
+        lambda at_s: (NOON_S if at_s % 20.0 < 15.0 else NIGHT_S) + at_s,  # it leaps to and fro
+        lambda at_s: (NOON_S if at_s < 15.0 else NIGHT_S) + at_s,  # it contradicts what was believed
+        lambda at_s: LAST_S - 1.0,
+    ],
+)
+def test_a_clock_that_does_not_go_on_as_ours_never_raises_the_target(told_s: Callable[[float], float]) -> None:
+    drive = dutch()
+    for k in range(400):
+        drive.tick(utc_s=told_s(k / 10))
+        assert drive.target_mps <= 100 * KMH + 1e-6
+
+
+@pytest.mark.parametrize(
+    ("age_s", "told"), [(0.0, True), (1.9, True), (2.1, False), (-0.1, False), (8 * 3600.0, False)]
+)
+def test_a_fix_that_is_late_or_yet_to_come_tells_no_time(age_s: float, told: bool) -> None:
+    now_ns = 1_000_000 * S
+    told_s = told_now_s(NIGHT_S, now_ns - round(age_s * S), now_ns)
+    assert told_s == (pytest.approx(NIGHT_S + age_s) if told else None)
+
+
+def test_a_clock_set_back_ends_what_is_known_of_the_time() -> None:
+    drive = driven()
+    drive.now_ns -= 300 * S
+    drive.tick()
+    assert situation(drive.state).time_of_day_h is None
+
+
+@pytest.mark.parametrize("told", [True, False])
+def test_a_nights_limit_ends_with_the_night_though_the_rules_are_silent(told: bool) -> None:
+    drive = dutch()
+    before_six_s = datetime(2026, 7, 2, 3, 59, 40, tzinfo=UTC).timestamp()
+    for k in range(190):
+        drive.tick(utc_s=before_six_s + k / 10)
+    assert drive.target_mps == pytest.approx(130 * KMH)
+    drive.ask.table = {name: call for name, call in drive.ask.table.items() if name != "applicable_limit"}
+    for k in range(190, 240):
+        drive.tick(utc_s=before_six_s + k / 10 if told else None)
+    assert drive.target_mps < 100 * KMH
+
+
+def test_the_target_is_steady_from_one_five_minutes_to_the_next() -> None:
+    drive = dutch()
+    for k in range(3300):
+        drive.tick(utc_s=NIGHT_S + k / 10)
+        assert k < 150 or drive.target_mps == pytest.approx(130 * KMH)
+
+
+@pytest.mark.parametrize(("confidence", "kmh"), [(0.95, 50), (0.5, 30), (0.35, 30)])
+def test_hours_on_a_doubted_sign_take_no_limit_away(confidence: float, kmh: int) -> None:
+    book = load_book((data("rulepacks/DEU-v1"),))[0]
+    law = {"applicable_limit": lambda a: applicable_limit(book, msgspec.convert(a["situation"], Situation))}
+    drive = Drive(Played({**EXPERTS, **law}))
+    for k in range(120):
+        drive.tick(utc_s=NOON_S + k / 10)
+    drive.tick(limit_sign("limit:30", plates=("plate:time:22-6 h",), confidence=confidence), utc_s=NOON_S + 12.0)
+    for k in range(121, 150):
+        drive.tick(utc_s=NOON_S + k / 10)
+    assert drive.target_mps == pytest.approx(kmh * KMH)
+
+
 TOLD = st.one_of(
     st.none(), st.floats(), st.floats(0.0, LAST_S), st.floats(-5.0, 5.0).map(lambda off_s: NIGHT_S + off_s)
 )
 
 
 @given(st.lists(st.tuples(TOLD, st.integers(-2 * S, 8 * S), st.booleans()), min_size=1, max_size=12))
-def test_whatever_is_told_no_hour_is_known_before_utc_went_on_as_our_clock_for_three_seconds(
+def test_whatever_is_told_no_hour_is_known_before_utc_went_on_as_our_clock_for_ten_seconds(
     ticks: list[tuple[float | None, int, bool]],
 ) -> None:
     """Each tick: what is told, how far our clock moved, and whether it was seen to leap."""
-    drive, now_ns, steady_ns = driven(seconds=0.5), 1_000 * S, 0
+    drive, now_ns = driven(seconds=0.5), 1_000 * S
     known: Utc | None = None
+    heard_at: list[tuple[int, float]] = []
     for told_s, step_ns, stepped in ticks:
         now_ns += step_ns
-        before, known = known, heard(known, told_s, now_ns, stepped=stepped)
-        if known is not None and known.at_ns == now_ns and told_s is not None:
-            steady_ns = (
-                steady_ns + now_ns - before.at_ns
-                if before is not None and goes_on(before, told_s, now_ns, stepped)
-                else 0
-            )
+        known = heard(known, told_s, now_ns, stepped=stepped)
+        if told_s is not None and known is not None and known.at_ns == now_ns:
+            heard_at.append((now_ns, told_s))
         if known is not None and local_time(replace(drive.state, utc=known, now_ns=now_ns)) is not None:
-            assert steady_ns >= STEADY_NS
+            since = [(at_ns, each_s) for at_ns, each_s in heard_at if known.since_ns <= at_ns <= known.at_ns]
+            parted_s = [each_s - at_ns / S for at_ns, each_s in since[-2:]]
+            assert known.at_ns - known.since_ns >= STEADY_NS
             assert 0 <= now_ns - known.at_ns <= KEPT_NS
-
-
-def goes_on(before: Utc, told_s: float, now_ns: int, stepped: bool) -> bool:
-    gone_ns = now_ns - before.at_ns
-    return not stepped and 0 <= gone_ns <= KEPT_NS and abs(told_s - before.utc_s - gone_ns / S) <= 2.0
+            assert max(parted_s) - min(parted_s) <= 2.1
 
 
 def test_each_pack_has_a_zone_or_several() -> None:

@@ -81,6 +81,38 @@ def test_a_track_that_was_lost_from_afar_takes_the_plates_of_the_one_that_began_
     assert drive.target_mps == pytest.approx(130 * KMH)
 
 
+@pytest.mark.parametrize("apart_m", [-40.0, 40.0])
+@pytest.mark.parametrize("every", [1, 5])
+@pytest.mark.parametrize("phase", range(5))
+@pytest.mark.parametrize("plate_from", [0, 1])
+def test_two_posts_in_plain_sight_stay_two_however_rarely_each_is_told(
+    apart_m: float, every: int, phase: int, plate_from: int
+) -> None:
+    """The front end repeats what it goes on to see twice a second."""
+    drive = on_the_motorway()
+    for k in range(33):
+        of_lorries = LORRIES if k // every >= plate_from else {}
+        plated = [seen(PLATED, 100.0 + apart_m - 3.0 * k, **of_lorries)] if k % every == 0 else []
+        plain = [seen(PLAIN, 100.0 - 3.0 * k)] if (k + phase) % every == 0 else []
+        drive.tick(*plated, *plain)
+    drive.tick(limit_sign("limit:80", track_id=PLAIN))
+    drive.ticks(30)
+    assert drive.target_mps == pytest.approx(80 * KMH)
+
+
+@pytest.mark.parametrize("apart_m", [70.0, 90.0, 110.0, 140.0])
+def test_a_doubted_post_borrows_no_belief_from_an_earlier_one(apart_m: float) -> None:
+    drive = on_the_motorway()
+    drive.tick(limit_sign("limit:80", track_id=PLATED, passed=True, **LORRIES))
+    drive.ticks(round((apart_m - 60.0) / 3.0))
+    drive.tick(seen(PLAIN, 60.0), seen(DOUBTED, 60.0, **LORRIES, confidence=0.5))
+    for k in range(1, 20):
+        drive.tick(seen(DOUBTED, 60.0 - 3.0 * k, **LORRIES, confidence=0.5))
+    drive.tick(limit_sign("limit:80", track_id=DOUBTED, passed=True, **LORRIES, confidence=0.5))
+    drive.ticks(30)
+    assert drive.target_mps == pytest.approx(80 * KMH)
+
+
 @pytest.mark.parametrize("doubt", [{"confidence": 0.5}, {"confidence": 0.5, "believed": False}])
 def test_a_third_doubted_track_of_the_post_does_not_bring_back_a_limit_of_lorries(doubt: dict[str, Any]) -> None:
     drive = on_the_motorway()
