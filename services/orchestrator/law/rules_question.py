@@ -9,7 +9,7 @@ import msgspec
 from proto.observed import value_of
 from proto.rules import PostedLimit, RulesAnswer, SignMeaning, Situation
 from services.orchestrator.observations.local_time import hour, local_time
-from services.orchestrator.signs.limits import HOURS_PLATE, ROAD_TYPES, SURE, RoadType, in_force
+from services.orchestrator.signs.limits import HOURS_PLATE, ROAD_TYPES, RoadType, in_force
 from services.orchestrator.state import State
 
 VISIBILITY_STEPS_M = (2000.0, 1000.0, 500.0, 300.0, 200.0, 150.0, 100.0, 75.0, 50.0, 25.0, 0.0)
@@ -44,9 +44,8 @@ def situation(state: State) -> Situation:
 
 
 def _coarse(posted: PostedLimit) -> PostedLimit:
-    """Hours that are not sure are not told: any may be meant."""
-    sure = posted.confidence >= SURE
-    plates = tuple(HOURS_PLATE if not sure and each.startswith(HOURS_PLATE) else each for each in posted.plates)
+    """Hours on a plate are not told: whatever the time, a limit below them counts while it is the lowest."""
+    plates = tuple(HOURS_PLATE if each.startswith(HOURS_PLATE) else each for each in posted.plates)
     confidence = int(min(max(posted.confidence, 0.0), 1.0) * 20) / 20
     return msgspec.structs.replace(posted, age_s=0.0, confidence=confidence, plates=plates)
 

@@ -5,6 +5,7 @@ from typing import Any
 import msgspec
 
 from domain import speech
+from services.orchestrator.observations.local_time import set_back
 from services.orchestrator.observations.validity import EXPERT_VALID_NS
 from services.orchestrator.state import Held, InForce, Light, Overspeed, SignAhead, Signs, State
 
@@ -21,7 +22,7 @@ def on_this_clock(state: State, now_ns: int) -> State:
         signs=_signs(state.signs, now_ns),
         light=_light(state.light, now_ns),
         overspeed=_overspeed(state.overspeed, now_ns),
-        utc=None,
+        utc=set_back(state.utc, now_ns),
         onsets=tuple(each for each in state.onsets if each.last_ns <= now_ns),
         missing=tuple(each for each in state.missing if each.since_ns <= now_ns),
         gaps=tuple(each for each in state.gaps if each.stamp_ns <= now_ns),

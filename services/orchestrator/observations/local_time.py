@@ -44,18 +44,39 @@ def told_now_s(utc_s: float | None, stamp_ns: int, now_ns: int) -> float | None:
     return utc_s + age_ns / SECOND if utc_s is not None and 0 <= age_ns <= FRESH_NS else None
 
 
-def heard(known: Utc | None, told_s: float | None, now_ns: int, *, stepped: bool) -> Utc | None:
-    """UTC after a tick in which satellites told it, or did not. It begins anew where either clock leapt."""
-    if known is not None and (stepped or not 0 <= now_ns - known.at_ns <= KEPT_NS):
-        known = None
-    if told_s is None or not FIRST_S <= told_s <= LAST_S:
-        return known
-    if known is not None and _goes_on(known, told_s, now_ns):
-        return msgspec.structs.replace(known, utc_s=told_s, at_ns=now_ns)
-    doubted_to_ns = known.doubted_to_ns if known is not None else 0
-    if known is not None and known.at_ns - known.since_ns >= STEADY_NS:
-        doubted_to_ns = now_ns + KEPT_NS
+def heard(known: Utc | None, told_s: float | None, now_ns: int, *, step_ns: int) -> Utc | None:
+    """UTC after a tick in which satellites told it, or did not; `step_ns`: by how much our clock leapt, or the process stood.
+
+    UTC that does not go on as our clock did begins anew. What was believed and was contradicted, or can no longer be compared, is doubted.
+    """
+    told_s = told_s if told_s is not None and FIRST_S <= told_s <= LAST_S else None
+    if known is None:
+        return _anew(told_s, now_ns, 0) if told_s is not None else None
+    doubted_to_ns = known.doubted_to_ns + step_ns if known.doubted_to_ns else 0
+    if told_s is not None and _goes_on(known, told_s, now_ns):
+        return msgspec.structs.replace(known, utc_s=told_s, at_ns=now_ns, doubted_to_ns=doubted_to_ns)
+    if told_s is not None or step_ns:
+        doubted_to_ns = now_ns + KEPT_NS if _is_steady(known) else doubted_to_ns
+        return _anew(told_s if told_s is not None else known.utc_s, now_ns, doubted_to_ns)
+    if now_ns - known.at_ns > KEPT_NS:  # too long ago, but later fixes are compared with it
+        return msgspec.structs.replace(known, first_s=known.utc_s, since_ns=known.at_ns)
+    return known
+
+
+def set_back(known: Utc | None, now_ns: int) -> Utc | None:
+    """UTC after our clock was set back: as after a leap."""
+    if known is None:
+        return None
+    doubted = _is_steady(known) or known.doubted_to_ns > 0
+    return _anew(known.utc_s, now_ns, now_ns + KEPT_NS if doubted else 0)
+
+
+def _anew(told_s: float, now_ns: int, doubted_to_ns: int) -> Utc:
     return Utc(utc_s=told_s, at_ns=now_ns, first_s=told_s, since_ns=now_ns, doubted_to_ns=doubted_to_ns)
+
+
+def _is_steady(known: Utc) -> bool:
+    return known.at_ns - known.since_ns >= STEADY_NS
 
 
 def _goes_on(known: Utc, told_s: float, now_ns: int) -> bool:

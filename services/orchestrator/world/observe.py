@@ -65,7 +65,7 @@ def observe(state: State, seen: Observations) -> State:
         held=_held(state, seen, motion),
         preferences=seen.preferences or state.preferences,
         missing=_missing(state, _degraded(seen), now_ns),
-        utc=heard(state.utc, seen.utc_s, now_ns, stepped=step_of_clock_ns(state, seen) > 0),
+        utc=heard(state.utc, seen.utc_s, now_ns, step_ns=step_of_clock_ns(state, seen)),
         effects=tuple((expert.tool, expert.effect) for expert in seen.experts),
     )
     world = _world(after, seen, motion)

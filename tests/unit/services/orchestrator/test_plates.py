@@ -48,12 +48,12 @@ def test_a_limit_under_such_a_plate_lowers_and_replaces_no_lower_one(plate: str)
     assert in_force(drive.state.signs)
 
 
-def test_without_a_time_of_day_hours_always_may_hold() -> None:
+def test_the_rules_are_not_told_the_hours_of_a_plate_so_that_they_always_may_hold() -> None:
     drive = Drive()
     drive.tick(limit_sign("limit:30", plates=("plate:time:22-6 h",)))
     asked = situation(drive.state)
     assert asked.time_of_day_h is None
-    assert asked.posted[0].plates == ("plate:time:22-6 h",)
+    assert asked.posted[0].plates == ("plate:time",)
 
 
 @pytest.mark.parametrize("plate", ["plate:time", "plate:time:22-6 h", "plate:time:0-1 h", "plate:time:99-6 h"])
