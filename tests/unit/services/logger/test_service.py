@@ -274,7 +274,7 @@ def test_a_private_log_keeps_what_was_told_and_hashes_the_rest(tmp_path: Path) -
     silent = replace(
         spoken, decision=replace(spoken.decision, kind="SILENT"), advisory=replace(spoken.advisory, kind="SILENT")
     )
-    egos = [Ego(speed_mps=10.0 + k) for k in range(30)]
+    egos = [Ego(speed_mps=10.0625 + k) for k in range(30)]
     config = LoggerConfig(
         out_dir=str(tmp_path), secret_dir=str(tmp_path / "keys"), flush_ms=10, privacy="minimal",
         view=ViewSettings(mode="file"),
@@ -301,4 +301,4 @@ def test_a_private_log_keeps_what_was_told_and_hashes_the_rest(tmp_path: Path) -
         data = msgspec.json.encode(ego)
         expected.update(len(data).to_bytes(8, "little") + data)
     assert told["can/ego"].hmac_sha256 == expected.hexdigest()
-    assert "16.0" not in path.read_bytes().decode("latin-1")
+    assert "16.0625" not in path.read_bytes().decode("latin-1")
