@@ -24,7 +24,7 @@ _DATE_AND_TIME = re.compile(
 )
 """Year, month, day, hour, minute, second, and milli- or microseconds, as cameras name their pictures."""
 FASTEST_S = 0.002
-"""No camera's pictures follow sooner: what stands behind a time is a number then."""
+"""No camera's pictures follow sooner: what stands behind date and time is a number then."""
 _PLAUSIBLE_S = (9.4e8, 4.2e9)
 """From 1999 to 2103."""
 PERIOD_S = 0.5
@@ -93,27 +93,29 @@ def times_in(files: Sequence[Path]) -> list[float]:
 
     Empty too where two have one time, or a pause is longer than `LONGEST_PAUSE_S`: such pictures are no drive.
     """
-    times = _dated([file.stem for file in files]) or _counted([file.stem for file in files])
+    names = [file.stem for file in files]
+    times = _dated(names) or _counted(names)
     if len(times) < 2:
         return []
     from_first = [float(each - times[0]) for each in times]
     pauses = [later - before for before, later in pairwise(from_first)]
-    return from_first if all(FASTEST_S < each <= LONGEST_PAUSE_S for each in pauses) else []
+    return from_first if all(0.0 < each <= LONGEST_PAUSE_S for each in pauses) else []
 
 
 def _dated(names: Sequence[str]) -> list[Decimal]:
-    """Seconds since 1970 of names that all hold date and time; else empty."""
+    """Seconds since 1970 of names that all hold date and time, none so soon after another that a number stands there; else empty."""
     found = [each for each in map(_DATE_AND_TIME.search, names) if each is not None]
     if len(found) != len(names):
         return []
     try:
-        return [
+        times = [
             int(datetime.fromisoformat(f"{'-'.join(each.group(1, 3, 4))}T{':'.join(each.group(5, 7, 8))}Z").timestamp())
             + Decimal(f"0.{each[9] or 0}")
             for each in found
         ]
     except ValueError:  # no day of the calendar
         return []
+    return times if all(later - before > FASTEST_S for before, later in pairwise(times)) else []
 
 
 def _counted(names: Sequence[str]) -> list[Decimal]:

@@ -13,7 +13,6 @@ from proto.vehicle import VehicleHealth
 from proto.weather import Conditions
 from services.orchestrator.law import rules_question
 from services.orchestrator.law.limits_ahead import PLACES
-from services.orchestrator.observations.local_time import hour
 from services.orchestrator.observations.validity import EXPERT_VALID_NS, VALID_NS, fresh_ns, newer, sane_health
 from services.orchestrator.signs.limits import SURE
 from services.orchestrator.state import Cached, Held, Limiter, State, ToldPlace
@@ -97,7 +96,7 @@ def _legal(held: Held, state: State, outcome: Outcome, answer: RulesAnswer) -> H
     doubtful = answer.confidence < SURE / 2.0 and held.legal is not None and _raises(held.legal, answer)
     if doubtful or not rules_question.sane_limit(answer) or key != rules_question.todays_key(state):
         return held  # the last: a late answer to another question than today's
-    asked_h = hour(state)  # as the arguments have it, by their key
+    asked_h = outcome.arguments["situation"]["time_of_day_h"]  # today's arguments, by their key
     return msgspec.structs.replace(held, legal=answer, legal_key=key, legal_h=asked_h, legal_ns=state.now_ns)
 
 

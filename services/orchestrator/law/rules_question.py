@@ -35,7 +35,7 @@ def situation(state: State) -> Situation:
         **msgspec.structs.asdict(state.preferences.vehicle),
     )
     if (local := local_time(state)) is not None:
-        asked = msgspec.structs.replace(asked, time_of_day_h=hour(state), day=local.strftime("%m-%d"))
+        asked = msgspec.structs.replace(asked, time_of_day_h=hour(local), day=local.strftime("%m-%d"))
     if conditions is None:
         return asked
     snow = None if conditions.precipitation == "unknown" else conditions.precipitation == "snow"

@@ -87,25 +87,28 @@ def _goes_on(known: Utc, told_s: float, now_ns: int) -> bool:
 def local_time(state: State) -> datetime | None:
     """Date and time of day in steps of 5 minutes; None: UTC or the country is unknown, the country is assumed, or it has several zones."""
     at = _exactly(state)
-    return at.replace(minute=at.minute // STEP_MIN * STEP_MIN, second=0, microsecond=0) if at is not None else None
+    return _stepped(at) if at is not None else None
 
 
-def hour(state: State) -> float | None:
-    """The time of day in hours, as the rules are asked with it; None: unknown."""
-    at = local_time(state)
-    return round(at.hour + at.minute / 60.0, 4) if at is not None else None
+def hour(at: datetime) -> float:
+    """The time of day in hours, as the rules are asked with it."""
+    return round(at.hour + at.minute / 60.0, 4)
 
 
 def is_over(asked_h: float | None, state: State) -> bool:
     """Whether the hour that the rules were asked with is over, and they had time to answer for the present one, or that is unknown."""
     if asked_h is None:
         return False
-    at, now_h = _exactly(state), hour(state)
-    if at is None or now_h is None:
+    at = _exactly(state)
+    if at is None:
         return True
-    steps = round((now_h - asked_h) * 60 / STEP_MIN) % (24 * 60 // STEP_MIN)
+    steps = round((hour(_stepped(at)) - asked_h) * 60 / STEP_MIN) % (24 * 60 // STEP_MIN)
     into_s = at.minute % STEP_MIN * 60 + at.second
     return steps != 0 and not (steps == 1 and into_s < ANSWERS_S)
+
+
+def _stepped(at: datetime) -> datetime:
+    return at.replace(minute=at.minute // STEP_MIN * STEP_MIN, second=0, microsecond=0)
 
 
 def _exactly(state: State) -> datetime | None:

@@ -181,10 +181,11 @@ def law_of(state: State) -> Law:
     limit = answer.limit if answer is not None else None
     if answer is None or limit is None or (sign is not None and to_mps(sign.value, sign.unit) < limit.mps):
         return _posted(sign) if sign is not None else unknown
-    if limit.mps > cautious_mps(state) and _elsewhere(state, limit):
-        return unknown
-    if limit.mps > cautious_mps(state) and is_over(held.legal_h, state):
-        return _posted(sign) if sign is not None and to_mps(sign.value, sign.unit) <= limit.mps else unknown
+    if limit.mps > cautious_mps(state):
+        if _elsewhere(state, limit):
+            return unknown
+        if is_over(held.legal_h, state):
+            return _posted(sign) if sign is not None and to_mps(sign.value, sign.unit) <= limit.mps else unknown
     if todays or state.now_ns - held.legal_ns < ANSWER_SERVES_NS:
         return _answered(state, answer, "rules")
     return _answered(state, answer, "held")._replace(confidence=UNANSWERED * answer.confidence)

@@ -1,4 +1,4 @@
-"""A time of day is read as CAN programs, receivers and spreadsheets write it; what no clock shows is none."""
+"""Every way in which CAN programs, receivers and spreadsheets write a time of day is read. Other text gives None."""
 
 import pytest
 from hypothesis import given

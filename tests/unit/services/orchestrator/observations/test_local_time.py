@@ -91,11 +91,16 @@ def test_our_clock_goes_on_in_a_tunnel_for_ten_minutes_and_the_next_fix_is_compa
     assert situation(other.state).time_of_day_h is None
 
 
+def by_law(pack: str, road: str = "urban", speed_mps: float = 12.0) -> Drive:
+    """A drive whose rules are a shipped pack's."""
+    book = load_book((data(f"rulepacks/{pack}"),))[0]
+    law = {"applicable_limit": lambda a: applicable_limit(book, msgspec.convert(a["situation"], Situation))}
+    return Drive(Played({**EXPERTS, **law}), road=road, speed_mps=speed_mps)
+
+
 def dutch() -> Drive:
     """A Dutch motorway, where 100 km/h hold from 6 to 19 h and 130 by night."""
-    book = load_book((data("rulepacks/NLD-v1"),))[0]
-    law = {"applicable_limit": lambda a: applicable_limit(book, msgspec.convert(a["situation"], Situation))}
-    drive = Drive(Played({**EXPERTS, **law}), road="motorway", speed_mps=27.0)
+    drive = by_law("NLD-v1", "motorway", 27.0)
     drive.tick(fact("jurisdiction", "NLD"))
     return drive
 
@@ -178,9 +183,7 @@ def test_the_target_is_steady_from_one_five_minutes_to_the_next() -> None:
 
 @pytest.mark.parametrize("confidence", [0.95, 0.5, 0.35])
 def test_a_limit_under_hours_counts_whatever_the_time(confidence: float) -> None:
-    book = load_book((data("rulepacks/DEU-v1"),))[0]
-    law = {"applicable_limit": lambda a: applicable_limit(book, msgspec.convert(a["situation"], Situation))}
-    drive = Drive(Played({**EXPERTS, **law}))
+    drive = by_law("DEU-v1")
     for k in range(120):
         drive.tick(utc_s=NOON_S + k / 10)
     drive.tick(limit_sign("limit:30", plates=("plate:time:22-6 h",), confidence=confidence), utc_s=NOON_S + 12.0)
@@ -193,9 +196,7 @@ def test_a_limit_under_hours_counts_whatever_the_time(confidence: float) -> None
 def test_a_sign_in_force_holds_while_the_rules_are_silent_from_one_hour_to_the_next(
     sign: str, road: str, kmh: int
 ) -> None:
-    book = load_book((data("rulepacks/DEU-v1"),))[0]
-    law = {"applicable_limit": lambda a: applicable_limit(book, msgspec.convert(a["situation"], Situation))}
-    drive = Drive(Played({**EXPERTS, **law}), road=road, speed_mps=15.0)
+    drive = by_law("DEU-v1", road, 15.0)
     drive.tick(limit_sign(sign), utc_s=NOON_S)
     for k in range(1, 130):
         drive.tick(utc_s=NOON_S + k / 10)
