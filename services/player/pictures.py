@@ -18,9 +18,10 @@ from drivemcp.files.since_1970 import counts_per_s
 from services.player.recording import Options, Picture, Recording, camera_messages, read_picture, shrink
 
 _NUMBERS = re.compile(r"([0-9]+)")
-_LAST_NUMBER = re.compile(r"[0-9]+(?:\.[0-9]+)?$")
+_COUNT = re.compile(r"(?<![0-9.])[0-9]{9,19}(?:\.[0-9]+)?(?![0-9])")
+"""A number long enough to count since 1970."""
 _DATE_AND_TIME = re.compile(
-    r"(?<!\d)(20\d\d)([-_.]?)(\d\d)\2(\d\d)[-_.T ]?(\d\d)([-_.:]?)(\d\d)\6(\d\d)(?:[-_.,]?(\d{3}|\d{6}))?(?!\d)"
+    r"(?<!\d)(20\d\d)([-_.]?)(\d\d)\2?(\d\d)[-_.T ]?(\d\d)([-_.:]?)(\d\d)\6(\d\d)(?:[-_.,]?(\d{3}|\d{6})(?![A-Y]))?(?!\d)"
 )
 """Year, month, day, hour, minute, second, and milli- or microseconds, as cameras name their pictures."""
 FASTEST_S = 0.002
@@ -30,7 +31,11 @@ _PLAUSIBLE_S = (9.4e8, 4.2e9)
 PERIOD_S = 0.5
 """Between pictures without times."""
 LONGEST_PAUSE_S = 30.0
-PICTURES = (".jpg", ".jpeg", ".png", ".bmp", ".webp", ".avif", ".tif", ".tiff", ".jp2", ".ppm")
+JPEG = (".jpg", ".jpeg")
+MOST_CAMERAS = 16
+_BEHIND = 1 << 16
+"""Bytes at the end of a picture in which its end is looked for; cameras write more behind it."""
+PICTURES = (*JPEG, ".png", ".bmp", ".webp", ".avif", ".tif", ".tiff", ".jp2", ".ppm")
 UNREAD_PICTURES = (".heic", ".heif", ".jxl", ".gif", ".dng", ".cr2", ".nef", ".arw", ".raw")
 """OpenCV reads none of them, or the first picture alone."""
 VIDEOS = (
@@ -60,6 +65,11 @@ def open_folder(path: Path, options: Options) -> Recording:
         raise UserError(
             f"{path} holds no pictures ({', '.join(PICTURES)}), no frame.json and no log{'; ' if told else ''}{told}"
         )
+    files = [file for file in files if not is_cut(file)] or files
+    if len(cameras := cameras_in(files)) > 1:
+        raise UserError(
+            f"{path} holds pictures of several cameras: {', '.join(cameras)}; give each a folder of its own"
+        )
     times = [] if options.picture_period_s else times_in(files)
     if times:
         shown = set(thinned(times, options.max_rate_hz))
@@ -74,10 +84,33 @@ def open_folder(path: Path, options: Options) -> Recording:
 def passed_over(path: Path) -> str:
     """Which pictures of a folder are not read, and what to do; empty where all are, or where it is no folder."""
     others = files_of(path, UNREAD_PICTURES) if path.is_dir() else []
-    if not others:
-        return ""
-    endings = ", ".join(sorted({each.suffix.lower() for each in others}))
-    return f"{len(others)} pictures ({endings}) are not read, first {others[0].name}: convert them to .jpg or .png"
+    cut = [file for file in files_of(path, JPEG) if is_cut(file)] if path.is_dir() else []
+    told = [f"{len(cut)} pictures are cut and left out, first {cut[0].name}"] if cut else []
+    if others:
+        endings = ", ".join(sorted({each.suffix.lower() for each in others}))
+        told.append(
+            f"{len(others)} pictures ({endings}) are not read, first {others[0].name}: convert them to .jpg or .png"
+        )
+    return "; ".join(told)
+
+
+def is_cut(file: Path) -> bool:
+    """Whether a JPEG lacks its end, as where the power of a recorder went."""
+    if file.suffix.lower() not in JPEG:
+        return False
+    with file.open("rb") as opened:
+        begins = opened.read(2) == b"\xff\xd8"
+        opened.seek(max(0, file.stat().st_size - _BEHIND))
+        return begins and b"\xff\xd9" not in opened.read()
+
+
+def cameras_in(files: Sequence[Path]) -> list[str]:
+    """What distinguishes pictures of several cameras: the words of their names, where each camera has times of its own; else nothing."""
+    named: dict[str, list[Path]] = {}
+    for file in files:
+        named.setdefault(_COUNT.sub("", _DATE_AND_TIME.sub("", file.stem)).strip("_-. "), []).append(file)
+    several = 1 < len(named) <= MOST_CAMERAS and all(times_in(each) for each in named.values())
+    return sorted(named) if several and not times_in(files) else []
 
 
 def ordered(files: Iterable[Path]) -> list[Path]:
@@ -89,7 +122,7 @@ def ordered(files: Iterable[Path]) -> list[Path]:
 
 
 def times_in(files: Sequence[Path]) -> list[float]:
-    """Seconds from the first picture, of those whose names hold date and time, or end in times since 1970 (s, ms, us or ns); else empty.
+    """Seconds from the first picture, of those whose names hold date and time, or times since 1970 (s, ms, us or ns); else empty.
 
     Empty too where two have one time, or a pause is longer than `LONGEST_PAUSE_S`: such pictures are no drive.
     """
@@ -119,14 +152,17 @@ def _dated(names: Sequence[str]) -> list[Decimal]:
 
 
 def _counted(names: Sequence[str]) -> list[Decimal]:
-    """Seconds of names that all end in times since 1970, of one unit; else empty."""
-    found = [_LAST_NUMBER.search(name) for name in names]
-    counts = [Decimal(each[0]) for each in found if each]
+    """Seconds of names that all hold one time since 1970, of one unit; else empty."""
+    found = [[Decimal(each) for each in _COUNT.findall(name) if _since_1970(Decimal(each))] for name in names]
+    counts = [each[0] for each in found if len(each) == 1]
     units = {counts_per_s(float(each)) for each in counts}
     if len(counts) != len(names) or len(units) != 1:
         return []
-    times = [each / Decimal(max(units)) for each in counts]
-    return times if all(_PLAUSIBLE_S[0] < each < _PLAUSIBLE_S[1] for each in times) else []
+    return [each / Decimal(max(units)) for each in counts]
+
+
+def _since_1970(count: Decimal) -> bool:
+    return _PLAUSIBLE_S[0] < count / Decimal(counts_per_s(float(count))) < _PLAUSIBLE_S[1]
 
 
 def _by_numbers(file: Path) -> tuple[list[int | str], str]:

@@ -13,13 +13,14 @@ import gpxpy.gpx
 from drivemcp.errors import UserError
 from drivemcp.files.encodings import encoding_of
 from drivemcp.files.folders import files_beside
+from drivemcp.files.time_of_day import DAY_S
 from proto import topics
 from proto.sensors import GnssFix
 from proto.vehicle import Ego
 from services.player.embedded_track import SUFFIXES, embedded_rows
 from services.player.recording import TimedMessage
 from services.player.tracks import gpx, nmea, table
-from services.player.tracks.fix import DAY_S, Fix, Left
+from services.player.tracks.fix import Fix, Left
 
 RATE_HZ = 10.0
 MOST_GAP_S = 5.0

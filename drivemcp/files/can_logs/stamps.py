@@ -3,7 +3,7 @@
 import itertools
 import statistics
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 import can
 
@@ -16,7 +16,9 @@ BACK_S = 1.0
 LOOK_AHEAD = 16
 LOOK_AT = 64
 """Records that show whether the stamps are differences."""
-LARGEST_DIFFERENCE_S = 2.0
+LARGEST_DIFFERENCE_S = 60.0
+GROWS = 0.9
+"""A clock goes on: so many pairs of an early and a late stamp have the later one greater, at least."""
 LARGEST_STEP_S = 0.1
 """Between two records of which the distance is unknown."""
 
@@ -44,11 +46,19 @@ def differences(stamps_s: list[float]) -> bool:
     if len(stamps_s) < 8 or not all(0.0 <= each < 1e6 for each in stamps_s):
         return False
     steps = stamps_s[1:] if stamps_s[0] == 0.0 else stamps_s  # the first has nothing before it
-    early, late = (statistics.median(each) for each in (steps[: len(steps) // 2], steps[len(steps) // 2 :]))
-    if not 0.0 < late < LARGEST_DIFFERENCE_S or late > 1.5 * early:
+    if not 0.0 < statistics.fmean(steps) < LARGEST_DIFFERENCE_S:
         return False
+    if min(steps) == max(steps):
+        return True
     falls = sum(after < before for before, after in itertools.pairwise(steps))
-    return falls > len(steps) / 5 or min(steps) == max(steps)
+    return falls > len(steps) / 5 and not _grows(steps)
+
+
+def _grows(stamps_s: Sequence[float]) -> bool:
+    """Whether the last quarter of some stamps is later than the first, as on a clock; several buses in turn fall back on it."""
+    early, late = stamps_s[: len(stamps_s) // 4], stamps_s[-(len(stamps_s) // 4) :]
+    later = sum(after > before for before in early for after in late)
+    return later >= GROWS * len(early) * len(late)
 
 
 def _added_up(records: Iterable[Numbered]) -> Iterator[tuple[float, can.Message]]:
@@ -75,7 +85,7 @@ def _on_one_clock(records: Iterable[Numbered], remark: Tell, refuse: Tell) -> It
         if behind > len(window) / 2 if newest_s is None else behind and ahead_s > GAP_S:
             refuse(number, "its time lies hours after that of what follows")
             continue
-        back = ahead_s < -BACK_S and not any(later.timestamp > stamp_s + BACK_S for _, later in window)
+        back = ahead_s < -BACK_S and not _goes_back_to(window, newest_s or 0.0)
         if newest_s is None:
             newest_s = stamp_s
         elif ahead_s > GAP_S or back:
@@ -92,3 +102,8 @@ def _on_one_clock(records: Iterable[Numbered], remark: Tell, refuse: Tell) -> It
                 )
             at_s, newest_s, step_s = at_s + ahead_s, stamp_s, ahead_s
         yield at_s, message
+
+
+def _goes_back_to(window: Iterable[Numbered], newest_s: float) -> bool:
+    """Whether stamps soon are what they were before one fell: it alone was wrong, or another bus is written in turn."""
+    return any(later.timestamp > newest_s - BACK_S for _, later in window)

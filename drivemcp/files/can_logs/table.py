@@ -14,7 +14,8 @@ import can
 from can.util import dlc2len
 
 from drivemcp.files.can_logs.text import Form, excerpt, seconds
-from drivemcp.files.since_1970 import UNTOLD_TO, counts_per_s
+from drivemcp.files.since_1970 import UNTOLD_TO, counts_per_s, dated_s
+from drivemcp.files.time_of_day import Clock
 
 HEAD_LINES = 200
 LOOK_ROWS = 1000
@@ -117,6 +118,7 @@ class Table(Form):
 
     def __init__(self, header: Header, head: Sequence[str]) -> None:
         self._header = header
+        self._clock = Clock()
         rows = [_cells(line, header.delimiter) for line in head[header.lines :] if line.strip()]
         self._id_base = header.id_base or self._base_of_ids(rows)
         self._data_base = header.data_base or self._base_of_bytes(rows)
@@ -140,6 +142,8 @@ class Table(Form):
 
     def _base_of_bytes(self, rows: Sequence[Sequence[str]]) -> int:
         texts = [text for row in rows for text in self._bytes(row)]
+        if any(re.search(r"\b0x", text, re.I) for row in rows for text in self._written(row)):
+            return 16
         if any(text.startswith("[") for text in (self._cell(row, "data") for row in rows)):
             return 10
         if any(re.fullmatch("(?:0x)?(?:[0-9a-f]{2}){2,}", self._cell(row, "data"), re.I) for row in rows):
@@ -178,7 +182,9 @@ class Table(Form):
         )  # fmt: skip
 
     def _time(self, text: str) -> float:
-        value = seconds(text)
+        if not self._header.unit and (at_s := dated_s(text)) is not None:
+            return at_s
+        value = seconds(text, self._clock)
         if value is None:
             raise ValueError
         return value if ":" in text else value / _PER_S.get(self._header.unit, counts_per_s(value))
@@ -194,6 +200,10 @@ class Table(Form):
 
     def _true(self, row: Sequence[str], what: str) -> bool:
         return self._cell(row, what).lower() in _TRUE
+
+    def _written(self, row: Sequence[str]) -> list[str]:
+        """The cells of a row that hold its bytes."""
+        return [row[at] for at in self._header.bytes_at if at < len(row)] or [self._cell(row, "data")]
 
     def _bytes(self, row: Sequence[str]) -> list[str]:
         """The bytes of a row as they are written, whether each stands in its own column or all in one."""
@@ -219,7 +229,7 @@ class Table(Form):
         if self._without_unit:
             return "its times are whole numbers, and its header names no unit: name the column `time_ms` or `time_us`"
         row = _cells(text, self._header.delimiter)
-        if (time := self._cell(row, "time")) and seconds(time) is None:
+        if (time := self._cell(row, "time")) and seconds(time, Clock()) is None:
             return f"its time {excerpt(time)} is neither seconds, a time of day nor an ISO 8601 time"
         return f"is no row of this table: {excerpt(text)}"
 

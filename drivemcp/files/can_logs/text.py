@@ -12,7 +12,7 @@ from typing import IO, Any
 
 import can
 
-from drivemcp.files.time_of_day import second_of_day
+from drivemcp.files.time_of_day import Clock, second_of_day
 
 logging.getLogger("can.io.trc").setLevel(logging.ERROR)
 """It tells of each line that it cannot read; so do we, by its number."""
@@ -43,11 +43,14 @@ _TRC_KEYWORD = re.compile(r"\s*;\$([A-Z]+)=([^;\s]*)[;\s]*$", re.I)
 _TRC_ID = re.compile(r"^(\s*\d+\)?\s+\S+\s+\d+\s+[A-Z]+\s+[0-9A-F]{4,8})(?=\s)", re.I)
 _TRC_STATE = re.compile(r"\s*\d+\)?\s+[\d.,]+\s.*\b(?:Warng|Error|ST|ER|EC|EV|FFFFFFFF)\b", re.I)
 _TRC_LENGTH = re.compile(r"(\s)(?:9|1[0-5])(\s+(?:[0-9A-F]{2}\s+){7}[0-9A-F]{2}\s*)$", re.I)
+_TRC_LONG = re.compile(r"\s*\d+\)?\s+[\d.]+\s+(?:F[DBE]|BI)\s", re.I)
+"""Of a CAN FD frame python-can knows the length code, and a data byte may look like one."""
 _FOREIGN = (
     ("LOGG", "a .blf log under another ending: rename it"),
     ("MDF     3", "a measurement of MDF 3: asammdf converts it to MDF 4"),
     ("MDF     4", "an .mf4 log under another ending: rename it"),
     ("UnFinMF", "an .mf4 log that was not finalised: finalise it, as asammdf does where it opens and saves it"),
+    ("PK\x03\x04", "packed by zip: unpack it"),
     ("\x1f\x8b", "packed by gzip: add .gz to its name"),
     ("version https://git-lfs", "a pointer of Git LFS and not the log: git lfs pull"),
     ("***BUSMASTER", "a log of BUSMASTER: export it as .asc"),
@@ -157,6 +160,9 @@ class Candump(Form):
     reader = can.CanutilsLogReader
     _channel = ""
 
+    def __init__(self) -> None:
+        self._clock = Clock()
+
     def line(self, text: str) -> str:
         plain = _COLOURS.sub("", text).strip()
         logged = _LOGGED.match(plain)
@@ -164,7 +170,7 @@ class Candump(Form):
         if found is None:
             return text
         time, channel, frame, direction = (each or "" for each in found)
-        self.stamp_s, self._channel = seconds(time), channel
+        self.stamp_s, self._channel = seconds(time, self._clock), channel
         if self.stamp_s is None:
             return text
         frame = _ERROR_FRAME.sub("20000080#", _RAW_LENGTH.sub("", frame))
@@ -212,7 +218,8 @@ class Trc(Form):
             text = f";${key}={'1.3' if self._bare and key == 'FILEVERSION' else value}\n"
         elif self._bare:
             text = _TRC_ID.sub(r"\1 -", text)
-        return _TRC_LENGTH.sub(r"\g<1>8\2", _TRC_COMMA.sub(r"\1.\2", text))
+        text = _TRC_COMMA.sub(r"\1.\2", text)
+        return text if _TRC_LONG.match(text) else _TRC_LENGTH.sub(r"\g<1>8\2", text)
 
     def unread(self, text: str) -> str:
         if text.lstrip().startswith(";"):
@@ -239,8 +246,8 @@ def _from_screen(text: str) -> tuple[str | None, ...] | None:
     return time, channel, f"{number}{mark}{''.join(data)}", ""
 
 
-def seconds(text: str) -> float | None:
-    """Seconds since 1970, or since some start; of a date that is not ISO 8601 the time of day alone."""
+def seconds(text: str, clock: Clock) -> float | None:
+    """Seconds since 1970, or since some start; of a date that is not ISO 8601 the time of day alone, by a clock over midnight."""
     try:
         return float(text.replace(",", "."))
     except ValueError:
@@ -248,7 +255,8 @@ def seconds(text: str) -> float | None:
     try:
         return datetime.fromisoformat(text.strip()).timestamp()
     except (ValueError, OverflowError, OSError):
-        return second_of_day(text)
+        of_day = second_of_day(text)
+    return clock.after(of_day) if of_day is not None else None
 
 
 def open_text(path: Path) -> IO[str]:

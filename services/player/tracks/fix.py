@@ -3,8 +3,6 @@
 import math
 from typing import NamedTuple
 
-DAY_S = 86_400.0
-
 
 class Fix(NamedTuple):
     """One fix: seconds since the track's first, degrees (WGS 84), and what the receiver says of the motion."""
@@ -41,19 +39,3 @@ def number(text: str | None, delimiter: str = "") -> float | None:
     except ValueError:
         return None
     return value if math.isfinite(value) else None
-
-
-class Clock:
-    """Times of day as one clock: what falls back by more than half a day is the next day's."""
-
-    def __init__(self) -> None:
-        self._last_s, self._midnights_s = 0.0, 0.0
-
-    def after(self, second_of_day: float) -> float:
-        """Seconds since the first midnight."""
-        at_s = self._midnights_s + second_of_day
-        if at_s < self._last_s - DAY_S / 2:
-            self._midnights_s += DAY_S
-            at_s += DAY_S
-        self._last_s = at_s
-        return at_s

@@ -7,8 +7,12 @@ from xml.etree.ElementTree import Element
 import gpxpy
 import gpxpy.gpx
 
+from services.player.can_log import SPEED_UNITS
 from services.player.tracks.fix import Fix, Left, number
 
+_UNIT = re.compile(r"""<(?:\w+:)?speed\s+unit=["']([^"']*)""", re.I)
+_COMMA = re.compile(r"(<(?:\w+:)?(?:speed|course)\b[^>]*>\s*-?\d+),(?=\d)", re.I)
+"""A decimal comma, which gpxpy takes for damage."""
 _ROOT = re.compile(r"<((?:\w+:)?)(\w+)")
 Point = gpxpy.gpx.GPXTrackPoint
 
@@ -24,7 +28,8 @@ def fixes(text: str, left: Left) -> Iterator[Fix]:
         )
     if root and root[1]:  # gpxpy knows the names without a prefix alone
         text = re.sub(rf"(</?){root[1]}", r"\1", text).replace(f"xmlns:{root[1][:-1]}=", "xmlns=")
-    file = gpxpy.parse(re.sub(r"^\s*<\?xml.*?\?>", "", text))
+    text = _COMMA.sub(r"\1.", re.sub(r"^\s*<\?xml.*?\?>", "", text))
+    file, motion = gpxpy.parse(text), _Motion(text, left)
     taken: list[tuple[float, float]] = []
     told = 0
     for which, track in enumerate(file.tracks, 1):
@@ -40,8 +45,8 @@ def fixes(text: str, left: Left) -> Iterator[Fix]:
         if stamps:
             taken.append((min(stamps), max(stamps)))
         zoned = all(point.time is not None and point.time.tzinfo is not None for _, point in timed)
-        for at_s, (_, point) in zip(stamps, timed, strict=True):
-            yield Fix(at_s, point.latitude, point.longitude, _speed(point), point.course, at_s if zoned else None)
+        for at_s, (count, point) in zip(stamps, timed, strict=True):
+            yield Fix(at_s, point.latitude, point.longitude, *motion.of(count - 1, point), at_s if zoned else None)
     if not told:
         for kind, others in (
             ("route point", [each for route in file.routes for each in route.points]),
@@ -51,8 +56,26 @@ def fixes(text: str, left: Left) -> Iterator[Fix]:
                 left.add("it is of no track; record or export the track itself", f"{kind} {each}")
 
 
-def _speed(point: Point) -> float | None:
-    said = [*(child.text for child in _children(point) if child.tag.rpartition("}")[2] == "speed"), str(point.speed)]
+class _Motion:
+    """Speed and course of points. Version 1.1 has both in extensions, but some programs write them beside the place, as 1.0 does."""
+
+    def __init__(self, text: str, left: Left) -> None:
+        old = gpxpy.parse(text, version="1.0")
+        self._old = [point for track in old.tracks for part in track.segments for point in part.points]
+        units = {each.lower() for each in _UNIT.findall(text)}
+        self._factor = SPEED_UNITS.get(units.pop(), 0.0) if len(units) == 1 else 0.0 if units else 1.0
+        if not self._factor:
+            left.add(f"its speeds are in none of {', '.join(SPEED_UNITS)}; they are taken from the places", "unit")
+
+    def of(self, at: int, point: Point) -> tuple[float | None, float | None]:
+        """m/s and degrees clockwise from north of the point at a place in the file; None: not said."""
+        beside = self._old[at] if at < len(self._old) else point
+        speed, course = _first(point, "speed", beside.speed), _first(point, "course", beside.course)
+        return speed * self._factor if speed is not None and self._factor else None, course
+
+
+def _first(point: Point, name: str, beside: float | None) -> float | None:
+    said = [*(child.text for child in _children(point) if child.tag.rpartition("}")[2] == name), str(beside)]
     return next((value for each in said if (value := number(each)) is not None), None)
 
 

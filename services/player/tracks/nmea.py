@@ -7,7 +7,8 @@ from typing import Any
 import pynmea2
 
 from domain.units import MPS_PER_KNOT
-from services.player.tracks.fix import Clock, Fix, Left, number
+from drivemcp.files.time_of_day import Clock
+from services.player.tracks.fix import Fix, Left, number
 
 RECEIVERS_START = 2000
 """A receiver that has no time yet writes an earlier year."""
@@ -97,6 +98,7 @@ def _standing(said: list[tuple[str, Any]], left: Left) -> Iterator[Fix]:
 def _place(said: Any) -> tuple[float, float] | None:
     """Latitude and longitude in degrees; None where the sentence has none that can be read."""
     try:
-        return (said.latitude, said.longitude) if said.lat and said.lon else None
+        sided = said.lat_dir in ("N", "S") and said.lon_dir in ("E", "W")  # without a side pynmea2 gives 0
+        return (said.latitude, said.longitude) if said.lat and said.lon and sided else None
     except (ValueError, TypeError, IndexError):
         return None

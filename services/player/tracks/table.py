@@ -3,27 +3,30 @@
 import contextlib
 import csv
 import itertools
+import math
 import re
 import statistics
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import UTC, datetime
 from typing import NamedTuple
 
-from drivemcp.files.since_1970 import counts_per_s
-from drivemcp.files.time_of_day import second_of_day
+from drivemcp.files.since_1970 import counts_per_s, dated_s
+from drivemcp.files.time_of_day import Clock, second_of_day
 from services.player.can_log import SPEED_UNITS
 from services.player.tracks.coordinates import degrees, in_minutes, of_minutes
-from services.player.tracks.fix import Clock, Fix, Left, number
+from services.player.tracks.fix import Fix, Left, number
 
 _AND_UNIT = r"[ _]*[(\[]?(?:utc|gmt|(?P<unit>s|sec|seconds|ms|msec|milliseconds?|us|µs|microseconds?|ns))?[)\]]?"
 COLUMNS: Mapping[str, str] = {
     "time": r"(?:gps|unix|utc|local|device|system)?[ _]?(?:time|timestamp|t|secs?|seconds|elapsed[a-z _]*?|utc|epoch(?:[ _]time)?"
-    r"|date.?time|zeit|zeitstempel|uhrzeit|temps|heure|horodatage|tijd|tijdstip|hora|tiempo|ora|tempo|czas)"
-    rf"{_AND_UNIT}",
-    "latitude": r"(?:gps[ _]?)?lat|(?:gps[ _]?)?latitu.*|lat[ _]?\(?d.*|breite(?:ngrad)?.*|breedte(?:graad)?.*|szeroko[sś][cć].*",
-    "longitude": r"(?:gps[ _]?)?(?:lon|lng|long)|(?:gps[ _]?)?longitu.*|lon[ _]?\(?d.*|l(?:ä|ae)nge(?:ngrad)?.*"
+    r"|fly[ _]?time|time[ _]since[ _][a-z]+|date.?time|zeit|zeitstempel|uhrzeit|temps|heure|horodatage|tijd|tijdstip|hora|tiempo"
+    rf"|ora|tempo|czas){_AND_UNIT}",
+    "latitude": r"(?:gps[ _]?)?lat(?:[ _]?e7)?|(?:gps[ _]?)?latitu.*|lat[ _]?\(?d.*"
+    r"|breite(?:ngrad)?.*|breedte(?:graad)?.*|szeroko[sś][cć].*",
+    "longitude": r"(?:gps[ _]?)?(?:lon|lng|long)(?:[ _]?e7)?|(?:gps[ _]?)?longitu.*|lon[ _]?\(?d.*|l(?:ä|ae)nge(?:ngrad)?.*"
     r"|lengte(?:graad)?.*|d[lł]ugo[sś][cć].*",
-    "course": r"course.*|heading.*|bearing.*|track(?:[ _(\[]*(?:deg|angle|made|true).*)?|kurs.*|richtung.*|cap|koers|rumbo.*|rotta.*",
+    "course": r"course.*|(?:compass[ _]?)?heading.*|bearing.*"
+    r"|track(?:[ _(\[]*(?:deg|angle|made|true).*)?|kurs.*|richtung.*|cap|koers|rumbo.*|rotta.*",
     "nanoseconds": r"(?:.*[ _])?n(?:ano)?sec(?:s|onds)?",
     "date": r"date|datum|utc[ _]?date|gps[ _]?date|fecha|data",
     "north or south": r"n[/_ ]?s.*|lat(?:itude)?[ _]?(?:dir|hemi|ref|n[/_ ]?s).*",
@@ -43,8 +46,12 @@ TIME_UNITS = {
 }
 HEAD_LINES = 50
 """Among these the header stands; some programs write about the file before it."""
-LONGEST_STEP_S = 60.0
+LONGEST_STEP_S = 5.0
 """Between the fixes of a track that is of use; a longer one may be of another unit."""
+SPREADSHEET_DAYS = (20_000.0, 80_000.0)
+"""Days since 1900, as spreadsheets count them, in the years 1954 to 2119."""
+SUMMER_TIME_S = (3_540.0, 3_600.0)
+"""A clock that falls back by so much, once, was put back from summer time."""
 SINCE_1970 = 9e8
 _DIGITS = re.compile(r"([01]\d|2[0-3])([0-5]\d)([0-5]\d(?:\.\d+)?)")
 
@@ -76,8 +83,8 @@ def fixes(text: str, left: Left) -> Iterator[Fix]:
     if not as_sentences and not (unit and unit["unit"]):
         _check_unit(columns["time"], [row.time for row in rows])
     clock = Clock()
-    for row in rows:
-        at_s = _time(row.time, unit["unit"] if unit else "", delimiter, clock, digits=as_sentences)
+    times = [_time(row.time, unit["unit"] if unit else "", delimiter, clock, digits=as_sentences) for row in rows]
+    for row, at_s in zip(rows, _without_summer_time(times), strict=True):
         if at_s is None:
             left.add("neither seconds, a time of day nor an ISO 8601 time", f"{row.where}: time {row.time!r}")
             continue
@@ -85,6 +92,22 @@ def fixes(text: str, left: Left) -> Iterator[Fix]:
         if as_sentences:
             latitude, longitude = of_minutes(latitude), of_minutes(longitude)
         yield Fix(at_s, latitude, longitude, row.speed_mps, row.course_deg)
+
+
+def _without_summer_time(times: Sequence[float | None]) -> list[float | None]:
+    """Times in the order of the file, of which an hour's last part comes twice, as one clock."""
+    known = [each for each in times if each is not None]
+    falls = [before - after for before, after in itertools.pairwise(known) if after < before]
+    least, most = SUMMER_TIME_S
+    if len(falls) != 1 or not least <= falls[0] <= most:
+        return list(times)
+    found, gone_s, last_s = list[float | None](), 0.0, -math.inf
+    for each in times:
+        if each is not None and each < last_s:
+            gone_s = most
+        last_s = each if each is not None else last_s
+        found.append(each + gone_s if each is not None else None)
+    return found
 
 
 def _header_at(lines: Sequence[str]) -> int:
@@ -98,11 +121,16 @@ def _header_at(lines: Sequence[str]) -> int:
 
 
 def _delimiter(line: str) -> str:
-    return max(",;\t", key=line.count)
+    return max(",;\t|", key=line.count)
 
 
 def _check_unit(name: str, times: Sequence[str]) -> None:
-    """That whole numbers count seconds. Raises ValueError where they may count something else."""
+    """That the times of a column without a unit count seconds. Raises ValueError where they may count something else."""
+    numbers = [value for each in times if (value := number(each, ";")) is not None]
+    if len(numbers) == len(times) and _are_days(numbers):
+        raise ValueError(f"column {name!r} counts days, as spreadsheets do: format it as date and time with seconds")
+    if len(times) > 1 and all(re.fullmatch(r"\d{1,3}:\d\d", each) for each in times):
+        raise ValueError(f"column {name!r} has times of two parts: write hours, minutes and seconds")
     values = sorted(int(each) for each in times if each.isdigit())
     if len(values) < max(2, len(times)) or values[-1] > SINCE_1970:
         return
@@ -113,12 +141,19 @@ def _check_unit(name: str, times: Sequence[str]) -> None:
         )
 
 
+def _are_days(numbers: Sequence[float]) -> bool:
+    least, most = SPREADSHEET_DAYS
+    inside = all(least <= each <= most and not each.is_integer() for each in numbers)
+    return len(numbers) > 1 and inside and max(numbers) - min(numbers) < 1.0
+
+
 def _columns(names: list[str]) -> dict[str, str]:
     """The name of the column for each quantity, empty where the table has no such column. Raises OtherTableError."""
     columns = {what: _column(names, pattern) for what, pattern in COLUMNS.items()}
     for place, side in (("latitude", "north or south"), ("longitude", "east or west")):
         if columns[place] == columns[side]:  # `latitude_ref` before `latitude`
-            columns[place] = _column([name for name in names if name != columns[side]], COLUMNS[place])
+            others = _column([name for name in names if name != columns[side]], COLUMNS[place])
+            columns[place], columns[side] = (others, columns[side]) if others else (columns[place], "")
     missing = [what for what in ("time", "latitude", "longitude") if not columns[what]]
     if missing:
         raise OtherTableError(f"no column {' nor '.join(missing)} among {', '.join(names)}")
@@ -138,8 +173,8 @@ def _rows(
         joined = _with_sides(cells, len(names))
         row = dict(zip(header if joined is cells else names, joined, strict=False)) | {"": ""}
         said = {what: row.get(name, "").strip() for what, name in columns.items()}
-        latitude = _side(said["latitude"], "latitude", said["north or south"])
-        longitude = _side(said["longitude"], "longitude", said["east or west"])
+        latitude = _side(columns["latitude"], said["latitude"], "latitude", said["north or south"])
+        longitude = _side(columns["longitude"], said["longitude"], "longitude", said["east or west"])
         second, part = said["time"], said["nanoseconds"]
         second += f".{int(part):09d}" if second.isdigit() and part.isdigit() else ""
         time = " ".join(filter(None, (said["date"], second)))
@@ -154,13 +189,15 @@ def _rows(
             left.add(kind, f"{where}: {', '.join(told)}" if clear else f"{where}: time {time!r}")
             continue
         mps = number(row.get(speed), delimiter)
+        if mps is None and (cell := (row.get(speed) or "").strip()):
+            left.add("its speed is no number; the speed is taken from the places", f"{where}: {speed} {cell!r}")
         yield _Row(
             where,
             time,
             latitude,
             longitude,
             mps * factor if mps is not None else None,
-            number(said["course"], delimiter),
+            _course(columns["course"], number(said["course"], delimiter)),
         )
 
 
@@ -177,8 +214,13 @@ def _with_sides(cells: list[str], wanted: int) -> list[str]:
     return joined if len(joined) == wanted else cells
 
 
-def _side(text: str, axis: str, side: str) -> float | None:
-    value = degrees(text, axis)
+def _course(name: str, value: float | None) -> float | None:
+    return math.degrees(value) if value is not None and re.search(r"rad(?:ian)?s?\W*$", name.lower()) else value
+
+
+def _side(name: str, text: str, axis: str, side: str) -> float | None:
+    whole = re.fullmatch(r"[+-]?\d+", text) if name.lower().endswith("e7") else None
+    value = int(text) / 1e7 if whole else degrees(text, axis)
     return -abs(value) if value is not None and side.lower().startswith(NEGATIVE) else value
 
 
@@ -210,6 +252,8 @@ def _time(text: str, unit: str | None, delimiter: str, clock: Clock, *, digits: 
     """
     if (digits or " " in text) and not unit and (found := _DIGITS.fullmatch(text.rpartition(" ")[2])):
         return clock.after(int(found[1]) * 3600 + int(found[2]) * 60 + float(found[3]))
+    if not unit and (at_s := dated_s(text)) is not None:
+        return at_s
     value = number(text, delimiter)
     if value is not None:
         return value / TIME_UNITS.get(unit or "", counts_per_s(value))

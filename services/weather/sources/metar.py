@@ -25,6 +25,8 @@ _RAIN = {"-": Interval(0.1, 2.5), "": Interval(2.5, 10.0), "+": Interval(10.0, 5
 _DRIZZLE = {"-": Interval(0.02, 0.2), "": Interval(0.2, 0.5), "+": Interval(0.5, 2.5)}
 _SNOW = {"-": Interval(0.1, 1.0), "": Interval(1.0, 2.5), "+": Interval(2.5, 10.0)}
 NEARBY = Interval(0.0, 2.5)
+_LIFTED = ("DR", "BL")
+"""Drifting and blowing snow lay on the ground before; none falls."""
 _FALLS: Mapping[str, tuple[tuple[str, Mapping[str, Interval]], ...]] = {
     "RA": (("rain", _RAIN),),
     "DZ": (("rain", _DRIZZLE),),
@@ -43,7 +45,9 @@ _OTHER = re.compile(r"\bTAF (?:AMD |COR )*$")
 """What stands before a forecast, which is no report."""
 _CORRECTION = re.compile(r"\b(?:COR|CC[A-Z])\b")
 _WIND = re.compile(r"\s(?:\d{3}|VRB|///)P?\d{2,3}(?:GP?\d{2,3})?(?:KTS?|MPS|KMH)\b")
-"""The package takes a sight of four digits for a wind where the wind is missing."""
+"""The package takes a sight of four digits, or one with a letter O, for a wind."""
+STRONGEST_MPS = 115.0
+"""No stronger gust was ever measured at an airfield."""
 MOST = 100
 
 _BROKEN = (ParserError, LookupError, ValueError, TypeError, AttributeError, ArithmeticError)
@@ -67,8 +71,8 @@ def read(body: bytes, now_ns: int, station: str = "") -> Observation:
         visibility_m=provider.sight(_sight(report)),
         air_c=provider.around(_value(report.temp, "C"), provider.AIR_K),
         dew_point_c=provider.around(_value(report.dewpt, "C"), provider.AIR_K),
-        wind_mps=provider.gusts(_value(report.wind_speed, "MPS") if _WIND.search(report.code) else None),
-        gust_mps=provider.gusts(_value(report.wind_gust, "MPS") if _WIND.search(report.code) else None),
+        wind_mps=provider.gusts(_wind(report, report.wind_speed)),
+        gust_mps=provider.gusts(_wind(report, report.wind_gust)),
         road=_road(report),
     )
 
@@ -147,6 +151,8 @@ def _falls(report: Any) -> dict[str, Interval | None]:
 
 def _amounts(intensity: str, descriptor: str, precipitation: str) -> Iterator[tuple[str, Interval]]:
     """What each two letters of a group stand for. A shower or a storm nearby may reach the road."""
+    if descriptor in _LIFTED:
+        return
     if intensity == "VC" and descriptor in ("SH", "TS") and not precipitation:
         yield "rain", NEARBY
     for start in range(0, len(precipitation), 2):
@@ -169,6 +175,12 @@ def _sight(report: Any) -> float | None:
         return None
     told = [each for each in (_value(report.vis, "M"), _value(report.max_vis, "M")) if each is not None]
     return min(told, default=None)
+
+
+def _wind(report: Any, speed: Any) -> float | None:
+    """m/s; None where the report holds no wind, or one that does not blow."""
+    value_mps = _value(speed, "MPS") if _WIND.search(report.code) else None
+    return value_mps if value_mps is not None and value_mps <= STRONGEST_MPS else None
 
 
 def _value(quantity: Any, unit: str) -> float | None:

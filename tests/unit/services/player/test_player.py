@@ -1,5 +1,6 @@
 """Recordings through the sensor topics."""
 
+import itertools
 import re
 from itertools import accumulate, pairwise
 from pathlib import Path
@@ -84,6 +85,22 @@ def test_pictures_that_are_not_read_are_named_with_what_to_do(
         open_recording(str(phone), Options())
 
 
+def test_a_picture_that_is_cut_is_left_out_and_told(tmp_path: Path) -> None:
+    whole = cv2.imencode(".jpg", np.random.default_rng(1).integers(0, 255, (90, 160, 3), np.uint8))[1].tobytes()
+    for name, content in (("1", whole), ("2", whole + b"maker's own"), ("3", whole[: len(whole) // 2])):
+        (tmp_path / f"{name}.jpg").write_bytes(content)
+    assert open_recording(str(tmp_path), Options()).pictures == 2
+    assert passed_over(tmp_path) == "1 pictures are cut and left out, first 3.jpg"
+
+
+def test_pictures_of_several_cameras_are_asked_for_by_camera(tmp_path: Path) -> None:
+    for at, camera in itertools.product(range(3), ("CAM_BACK", "CAM_FRONT")):
+        name = f"n008-2018-08-01-15-16-36-0400__{camera}__{1533151603537558 + 500_000 * at}.png"
+        cv2.imwrite(str(tmp_path / name), np.zeros((60, 90, 3), np.uint8))
+    with pytest.raises(UserError, match=r"pictures of several cameras: .*CAM_BACK, .*CAM_FRONT; give each a folder"):
+        open_recording(str(tmp_path), Options())
+
+
 def test_of_a_folder_of_videos_one_has_to_be_named(video: Path) -> None:
     with pytest.raises(UserError, match=r"it holds 1 videos; name one, as clip\.mp4"):
         open_recording(str(video.parent), Options())
@@ -113,6 +130,9 @@ def test_a_recording_that_breaks_off_says_why(folder: Path) -> None:
         (["a2024-05-01T10:00:00_500000_F", "a2024-05-01T10:00:01_000000_F"], [0.0, 0.5]),
         (["20240501_100000_001", "20240501_100000_002"], [0.0, 0.5]),  # a number stands behind the time
         (["20240501_100000_0001", "20240501_100000_0002"], [0.0, 0.5]),  # two pictures of one second
+        (["2024_0501_100000_000A", "2024_0501_100001_001A", "2024_0501_100003_002A"], [0.0, 1.0, 3.0]),
+        (["1714557600000_cam0", "1714557600500_cam0", "1714557601500_cam0"], [0.0, 0.5, 1.5]),
+        (["000000012_1714557600000", "000000013_1714557601000"], [0.0, 1.0]),
         (["20240231_100000", "20240231_100001"], [0.0, 0.5]),  # no day
     ],
 )

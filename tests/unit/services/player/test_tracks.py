@@ -249,3 +249,107 @@ def test_seconds_and_nanoseconds_of_a_recorded_message_are_one_time(names: str, 
     rows = [(f"1777629600,{part}", f"{own.format(part.zfill(9))},") for part in ("5000000", "255000000")]
     path.write_text("".join((f"{names},latitude,longitude\n", *(f"{first}{time},48.1,11.5\n" for time, first in rows))))
     assert [each.at_s for each in read_track(path)] == [0.0, pytest.approx(0.25, abs=1e-6)]
+
+
+HEAD = "time,lat,lon,speed_kmh\n"
+
+
+def table(path: Path, *rows: str, head: str = HEAD) -> Path:
+    path.write_text(head + "".join(f"{row}\n" for row in rows), encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(
+    "times",
+    [
+        ("20240501235959", "20240502000000"),
+        ("20240501235959.500", "20240502000000.500"),
+        ("2024-10-27 02:59:59", "2024-10-27 02:00:00"),
+    ],
+)
+def test_a_date_in_one_number_and_the_end_of_summer_time_are_a_second(times: tuple[str, str], tmp_path: Path) -> None:
+    path = table(tmp_path / "drive.csv", *(f"{time},48.0,{11.0 + n},36" for n, time in enumerate(times)))
+    assert [(fix.at_s, fix.longitude_deg) for fix in read_track(path)] == [(0.0, 11.0), (1.0, 12.0)]
+
+
+@pytest.mark.parametrize(
+    ("times", "told"),
+    [
+        ((0, 40, 80), "name their unit"),
+        (("45413.41666667", "45413.41667824", "45413.41668982"), "counts days, as spreadsheets do"),
+        (("00:00", "00:01", "00:02"), "write hours, minutes and seconds"),
+    ],
+)
+def test_times_that_may_count_something_else_are_asked_for(
+    times: tuple[object, ...], told: str, tmp_path: Path
+) -> None:
+    path = table(tmp_path / "drive.csv", *(f"{time},48.0,11.0,36" for time in times))
+    with pytest.raises(UserError, match=f"column 'time'.*{told}"):
+        read_track(path)
+
+
+@pytest.mark.parametrize(("name", "value"), [("heading_rad", "1.5707963"), ("compass_heading(degrees)", "90")])
+def test_a_course_is_in_the_unit_of_its_name(name: str, value: str, tmp_path: Path) -> None:
+    head = f"time_since_start,latitudeE7,longitudeE7,{name}\n"
+    path = table(
+        tmp_path / "drive.csv", *(f"{n}|480000000|-110000000|{value}" for n in (0, 1)), head=head.replace(",", "|")
+    )
+    first = read_track(path)[0]
+    assert first[1:3] == (48.0, -11.0)
+    assert first.course_deg == pytest.approx(90.0)
+
+
+def test_a_speed_that_is_no_number_is_told(tmp_path: Path) -> None:
+    path = table(tmp_path / "drive.csv", "0,48.0,11.0,36 km/h", "1,48.0,11.0001,36")
+    assert read_track(path)[1].speed_mps == pytest.approx(10.0)
+    assert not_read(path) == (
+        "1 not read, first line 2: speed_kmh '36 km/h': its speed is no number; the speed is taken from the places"
+    )
+
+
+def test_a_column_may_hold_a_place_with_its_hemisphere(tmp_path: Path) -> None:
+    head = "INDEX,TAG,DATE,TIME,LATITUDE N/S,LONGITUDE E/W,HEIGHT,SPEED KMH,HEADING\n"
+    rows = (f"{n},T,240501,10000{n},33.9000S,070.6000W,5,36,90" for n in (1, 2))
+    assert read_track(table(tmp_path / "drive.csv", *rows, head=head))[0][1:5] == (-33.9, -70.6, 10.0, 90.0)
+
+
+GPX_11 = (
+    '<gpx version="1.1" xmlns="http://www.topografix.com/GPX/1/1"><trk><trkseg>'
+    '<trkpt lat="48" lon="11"><time>2024-05-01T10:00:00Z</time>{}</trkpt>'
+    '<trkpt lat="48.0001" lon="11"><time>2024-05-01T10:00:01Z</time></trkpt></trkseg></trk></gpx>'
+)
+
+
+@pytest.mark.parametrize(
+    ("said", "speed_mps", "course_deg"),
+    [
+        ("<speed>12.5</speed><course>90</course>", 12.5, 90.0),
+        ('<speed unit="km/h">45</speed>', 12.5, 0.0),
+        ("<speed>12,5</speed>", 12.5, 0.0),
+        ('<extensions><e:speed xmlns:e="x">12.5</e:speed><e:course xmlns:e="x">90</e:course></extensions>', 12.5, 90.0),
+    ],
+)
+def test_speed_and_course_of_a_point_are_read_where_programs_write_them(
+    said: str, speed_mps: float, course_deg: float, tmp_path: Path
+) -> None:
+    path = tmp_path / "drive.gpx"
+    path.write_text(GPX_11.format(said))
+    first = read_track(path)[0]
+    assert first[3:5] == pytest.approx((speed_mps, course_deg))
+    assert not_read(path) == ""
+
+
+def test_a_speed_of_an_unknown_unit_is_taken_from_the_places(tmp_path: Path) -> None:
+    path = tmp_path / "drive.gpx"
+    path.write_text(GPX_11.format('<speed unit="furlongs">45</speed>'))
+    assert read_track(path)[0].speed_mps == pytest.approx(11.1, abs=0.1)
+    assert "its speeds are in none of" in not_read(path)
+
+
+@pytest.mark.parametrize("sides", [("", "E"), ("N", ""), ("N", "Q")])
+def test_a_place_without_its_hemisphere_is_none(sides: tuple[str, str], tmp_path: Path) -> None:
+    path = tmp_path / "drive.nmea"
+    fixes = (f"GNRMC,10000{n}.00,A,4800.0000,{{}},01130.0000,{{}},10.0,90.0,010524,,,A" for n in range(4))
+    path.write_text("".join(sentence(each.format(*(sides if n == 1 else "NE"))) for n, each in enumerate(fixes)))
+    assert [fix.at_s for fix in read_track(path)] == [0.0, 2.0, 3.0]
+    assert not_read(path) == "1 not read, first line 2: the receiver had no fix"

@@ -2,7 +2,9 @@
 
 import gzip
 import itertools
+import random
 import re
+import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -447,3 +449,49 @@ def test_an_error_frame_of_candump_is_of_its_own_bus(tmp_path: Path) -> None:
     path = tmp_path / "drive.log"
     path.write_text("(1.000000) can0 100#0A\n(1.010000) can1 20000080#0000000000000000\n")
     assert [channel for _, channel, _ in CanLog(path).messages()] == ["can0", "can1"]
+
+
+@pytest.mark.parametrize("step_s", [0.1, 0.3, 2.5])
+def test_a_clock_that_is_set_back_in_a_slow_log_stops_nothing(tmp_path: Path, step_s: float) -> None:
+    log = candump(tmp_path / "slow.log", [START_S + step_s * n - (7600.0 if n >= 50 else 0.0) for n in range(150)])
+    times = [record.at_s for record in log]
+    assert times == pytest.approx(
+        [step_s * n - (max(0.0, step_s - 0.1) if n >= 50 else 0.0) for n in range(150)], abs=1e-3
+    )
+    assert "record 51: its time jumps by -7," in log.summary
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_differences_of_busy_and_of_idle_buses_are_seen(tmp_path: Path, seed: int) -> None:
+    chance = random.Random(seed)
+    cycles = [chance.choice([0.01, 0.02, 0.1, 0.5, 1.0, 2.5]) for _ in range(chance.randint(1, 12))]
+    clock = sorted(cycle * n * chance.uniform(0.999, 1.001) for cycle in cycles for n in range(1, 200))
+    steps = [0.0, *(after - before for before, after in itertools.pairwise(clock))]
+    text = "".join(f" ({step:010.6f})  can0  100   [2]  10 0E\n" for step in steps)
+    log, times, _ = read(tmp_path / "drive.log", text)
+    assert times == pytest.approx(list(itertools.accumulate(steps)), abs=1e-3)
+    assert "added up" in log.summary
+
+
+def test_an_asc_with_absolute_stamps_of_several_channels_in_turn_is_no_row_of_differences(tmp_path: Path) -> None:
+    stamps = [f"{1.2 + 0.01 * turn + 0.005 * half:.6f}" for turn in range(60) for _ in range(4) for half in (0, 1)]
+    log, times, _ = read(tmp_path / "drive.asc", asc(stamps))
+    assert max(times) == pytest.approx(0.595)
+    assert log.summary == ""
+
+
+@pytest.mark.parametrize("count", [12, 16, 64])
+def test_a_data_byte_of_a_long_frame_of_a_trc_log_is_no_length(tmp_path: Path, count: int) -> None:
+    head = ";$FILEVERSION=2.0\n;$STARTTIME=43474.4249480671\n;$COLUMNS=N,O,T,I,d,l,D\n"
+    data = ["12"] * count
+    log, _, frames = read(tmp_path / "drive.trc", f"{head}      1      1.000 FD    0301 Rx {count} {' '.join(data)} \n")
+    assert [frame.data for frame in frames] == [b"\x12" * count], log.summary
+
+
+def test_a_log_that_is_packed_by_zip_says_so(tmp_path: Path) -> None:
+    path = tmp_path / "drive.log"
+    with zipfile.ZipFile(path, "w") as packed:
+        packed.writestr("drive.log", "(1.0) can0 101#01\n")
+    log = CanLog(path)
+    assert list(log) == []
+    assert "it is packed by zip: unpack it" in log.nothing

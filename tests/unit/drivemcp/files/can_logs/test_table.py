@@ -207,3 +207,34 @@ def test_a_table_of_a_header_alone_says_so(tmp_path: Path) -> None:
     log, found = read(tmp_path / "drive.csv", TABLES["savvycan"][0])
     assert found == []
     assert log.nothing == "it has nothing but a header"
+
+
+@pytest.mark.parametrize(
+    "table",
+    [
+        "timestamp,ID (dec),data\n0.1,291,0x11 0x22 0x33\n",
+        "timestamp,ID (dec),dlc,d0,d1,d2\n0.1,291,3,0x11,0x22,0x33\n",
+        'timestamp,ID (hex),data\n0.1,123,"[0x11, 0x22, 0x33]"\n',
+    ],
+)
+def test_bytes_that_say_their_base_are_read_by_it(table: str, tmp_path: Path) -> None:
+    assert read(tmp_path / "drive.csv", table)[1] == [(0.0, 0x123, False, b"\x11\x22\x33")]
+
+
+@pytest.mark.parametrize("before", [1, 5, 30])
+@pytest.mark.parametrize("form", ["{}", "5/{day}/2024 {}"])
+def test_times_of_day_go_on_over_midnight(before: int, form: str, tmp_path: Path) -> None:
+    def at(n: int) -> str:
+        second = (86_400 - before + n) % 86_400
+        of_day = f"{second // 3600:02}:{second // 60 % 60:02}:{second % 60:02}.500"
+        return form.format(of_day, day=1 if n < before else 2)
+
+    rows = "".join(f"{at(n)},0x100,11 22\n" for n in range(40))
+    log, found = read(tmp_path / "drive.csv", "time,id,data\n" + rows)
+    assert [each[0] for each in found] == [float(n) for n in range(40)]
+    assert log.summary == ""
+
+
+def test_a_date_in_one_number_counts_seconds(tmp_path: Path) -> None:
+    rows = "20170304130523143,0x100,11 22\n20170304130524143,0x100,11 22\n"
+    assert [each[0] for each in read(tmp_path / "drive.csv", "Timestamp,ID,Data\n" + rows)[1]] == [0.0, 1.0]

@@ -327,3 +327,18 @@ def test_an_answer_without_the_quantities_that_were_asked_for_is_unusable() -> N
     answer["hourly"] = {name if name == "time" else f"{name}_icon": each for name, each in answer["hourly"].items()}
     with pytest.raises(UnusableAnswer, match="hourly holds none of temperature_2m"):
         open_meteo.read(json.dumps(answer).encode(), NOW_NS)
+
+
+@pytest.mark.parametrize(
+    ("words", "falls"),
+    [("9999 DRSN BKN020", 0.0), ("2000 BLSN BKN020", 0.0), ("3000 -SN DRSN BKN020", 1.0), ("3000 SN BKN020", 2.5)],
+)
+def test_snow_that_drifts_fell_before(words: str, falls: float) -> None:
+    told = metar.read(report("1150", f"{words} M03/M05 Q1008").encode(), NOW_NS)
+    assert told.snow_mm_h is not None
+    assert told.snow_mm_h.high == falls
+
+
+def test_a_wind_that_never_blows_is_none() -> None:
+    told = metar.read(report("1150", "O300 FG BKN001 02/02 Q1008").encode(), NOW_NS)
+    assert (told.wind_mps, told.gust_mps) == (None, None)
