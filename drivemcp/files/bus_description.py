@@ -32,10 +32,22 @@ def load_description(path: Path) -> Any:
             f"{path.name} cannot be read as a bus description: {error.strerror or 'the file cannot be opened'}"
         ) from error
     try:
-        return load_file(str(path), strict=False, encoding=encoding_of(content))
+        database = load_file(str(path), strict=False, encoding=encoding_of(content))
     except (OSError, CantoolsError, ValueError, KeyError, AttributeError, SyntaxError, TypeError) as error:
         why = foreign(content, "description", xml=True) or _why(error)
         raise UserError(f"{path.name} cannot be read as a bus description: {why}") from error
+    _mark_j1939(database)
+    return database
+
+
+def _mark_j1939(database: Any) -> None:
+    """Frames of 29 bits in a description of a J1939 bus are parameter groups, unless a frame's own format says otherwise."""
+    told = getattr(database.dbc, "attributes", {}).get("ProtocolType")
+    if told is None or str(told.value).upper() != "J1939":
+        return
+    for message in database.messages:
+        if message.is_extended_frame and "VFrameFormat" not in getattr(message.dbc, "attributes", {}):
+            message.protocol = "j1939"
 
 
 def _why(error: Exception) -> str:

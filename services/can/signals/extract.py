@@ -31,6 +31,11 @@ VOID_NAMES = frozenset({
     "invaliddata", "invalidvalue", "nichtverfuegbar", "nichtverfügbar", "ungueltig", "ungültig", "fehlerwert", "initwert",
 })  # fmt: skip
 """What value tables call a raw value that is no measurement, in small letters without blanks and signs."""
+VOID_OF_A_QUANTITY = VOID_NAMES | {
+    "error", "fehler", "fault", "failure", "sensorfault", "sensordefective", "notvalid", "undefined", "undefiniert", "notdefined",
+    "na", "init", "initialisation", "initialization", "reserved", "ungueltigerwert", "ungültigerwert",
+}  # fmt: skip
+"""The same for a signal with a unit. Of one without, a fault may be what it reports."""
 
 
 class Place(NamedTuple):
@@ -154,7 +159,8 @@ def _void(signal: Any, j1939: bool) -> Void | None:
     if signal.is_float:
         infinite = FLOAT_EXPONENT[signal.length]
         return lambda raw: raw & infinite == infinite
-    named = frozenset(raw for raw, text in (signal.choices or {}).items() if _plain(str(text)) in VOID_NAMES)
+    names = VOID_OF_A_QUANTITY if signal.unit else VOID_NAMES
+    named = frozenset(raw for raw, text in (signal.choices or {}).items() if _plain(str(text)) in names)
     floor = _j1939_floor(signal) if j1939 else None
     if floor is not None:
         return lambda raw: raw >= floor or raw in named

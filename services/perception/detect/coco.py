@@ -24,6 +24,17 @@ COCO: dict[int, ObjectClass] = {
     11: "sign",
 }
 """COCO's index of each class we use."""
+COCO_NAMES: dict[int, frozenset[str]] = {
+    0: frozenset({"person"}),
+    1: frozenset({"bicycle"}),
+    2: frozenset({"car"}),
+    3: frozenset({"motorcycle", "motorbike"}),
+    5: frozenset({"bus"}),
+    7: frozenset({"truck"}),
+    9: frozenset({"traffic light"}),
+    11: frozenset({"stop sign"}),
+}
+"""What files that name their classes call these."""
 COCO_CLASSES = 80
 STRIDES_PX = (8, 16, 32)
 _PAD = 114

@@ -17,6 +17,8 @@ suppression, other classes or several outputs are refused.
 
 from __future__ import annotations
 
+import ast
+import dataclasses
 import hashlib
 import json
 import re
@@ -33,7 +35,9 @@ from drivemcp.inference import CPU
 from proto.perception import ObjectClass
 from services.perception.detect.centre_point import CentreDetector
 from services.perception.detect.coco import (
+    COCO,
     COCO_CLASSES,
+    COCO_NAMES,
     LAYOUTS,
     CocoDetector,
     Layout,
@@ -46,6 +50,10 @@ from services.perception.detect.second_look import ASKS_FROM, SecondLook
 FREE_SIDE_PX = 640
 """The side of the picture given to a model that takes any."""
 SIDES_PX = (32, 2048)
+SEEN = 0.015
+"""Of what a model makes of grey in 0..255 it makes less of grey in 0..1 only where it divides by 255 itself."""
+_DIVIDED_INSIDE = ("yolov5", "yolov8")
+"""Layouts of which a full scale is not asked for by `detector_layout`."""
 EDGE = 1e-3
 """By which a score may leave 0..1 by rounding."""
 
@@ -76,6 +84,7 @@ def load_detector(path: Path, options: DetectorOptions | None = None) -> Detecto
         raise DetectorError(
             f"{path} is no detector that we know: its outputs are {outputs}, not one; export it without its own suppression"
         )
+    _check_names(session, path)
     layout = _layout(session, side_px, path, options.layout)
     return CocoDetector(session, options, name=path.stem, layout=layout, side_px=side_px)
 
@@ -151,7 +160,39 @@ def _layout(session: Any, side_px: int, path: Path, wanted: str) -> Layout:
             f"{path} has the output of {' or '.join(shaped)}, and its boxes or scores are not theirs (boxes in pixels, scores in "
             "0..1): was it exported without its last layers? If it is one, name it with --set perception.detector_layout=NAME"
         )
-    return LAYOUTS[found[0]]
+    _check_boxes(LAYOUTS[found[0]], outputs, path)
+    if found[0] not in _DIVIDED_INSIDE or not _means(outputs[255.0], found[0], side_px):
+        return LAYOUTS[found[0]]
+    return _scaled(LAYOUTS[found[0]], outputs, _on_grey(session, side_px, path, 0.0))
+
+
+def _check_boxes(layout: Layout, outputs: dict[float, FloatArray], path: Path) -> None:
+    """That boxes in pixels are centres and sizes. Raises DetectorError for corners."""
+    rows = layout.rows(outputs[layout.full_scale])
+    if layout.name != LAYOUTS["yolox"].name and (rows[:, 2:4] > rows[:, :2]).all():
+        raise DetectorError(
+            f"{path} gives boxes as corners (x0, y0, x1, y1), not as centre and size: export it without its own suppression"
+        )
+
+
+def _scaled(layout: Layout, outputs: dict[float, FloatArray], black: FloatArray) -> Layout:
+    """The layout with pictures in 0..255, where grey in 0..1 is as good as black: the model divides by 255 itself."""
+    told, as_bytes = (float(np.abs(outputs[scale] - black).max()) for scale in (1.0, 255.0))
+    return dataclasses.replace(layout, full_scale=255.0) if told < SEEN * as_bytes else layout
+
+
+def _check_names(session: Any, path: Path) -> None:
+    """That classes that the file names are COCO's. Raises DetectorError."""
+    try:
+        named = ast.literal_eval(session.get_modelmeta().custom_metadata_map.get("names", "{}"))
+    except (ValueError, SyntaxError, MemoryError, RecursionError):
+        return
+    listed = dict(enumerate(named)) if isinstance(named, list | tuple) else named if isinstance(named, dict) else {}
+    if listed and any(str(listed.get(index, "")).strip().lower() not in COCO_NAMES[index] for index in COCO):
+        raise DetectorError(
+            f"{path} finds other classes than COCO's 80 (its first: {', '.join(map(str, [*listed.values()][:5]))}): "
+            "give a model of COCO, or one whose card is ours"
+        )
 
 
 _SHAPES: dict[str, Callable[[int], tuple[tuple[int, ...], ...]]] = {

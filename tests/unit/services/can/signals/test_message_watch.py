@@ -218,6 +218,15 @@ def test_a_value_that_the_table_calls_not_available_is_unknown(tmp_path: Path) -
     assert board.read("wiper_stage", now).reason == "marked not available by the sender"
 
 
+@pytest.mark.parametrize(("unit", "known"), [("m/s", False), ("", True)])
+def test_a_fault_is_no_value_of_a_quantity_and_one_of_a_state(tmp_path: Path, unit: str, known: bool) -> None:
+    text = PLAIN.replace('Stage m2 : 8|4@1+ (1,0) [0|0] ""', f'Stage m2 : 8|4@1+ (1,0) [0|0] "{unit}"')
+    field = {"wiper_stage": {"signal": "Stage", "maximum": 15.0}}
+    board = Board({"can0": described(tmp_path, text.replace("Signal not available", "Fault"))}, profile(field))
+    now = feed(board, [b"\x02\x0f" + bytes(6)], 3)
+    assert (board.read("wiper_stage", now).value is not None) == known
+
+
 def test_where_the_profile_tells_the_meaning_of_each_value_that_counts(tmp_path: Path) -> None:
     told = {"signal": "Stage", "maximum": 15.0, "values": {"off": 0.0, "Signal not available": 3.0}}
     board = Board({"can0": described(tmp_path, PLAIN)}, profile({"wiper_stage": told}))

@@ -140,6 +140,64 @@ def test_a_model_is_told_by_what_its_outputs_mean(
     assert layout_of(path) == expected
 
 
+@pytest.mark.parametrize("shape", [(1, 3 * PLACES, 85), WITHOUT])
+@pytest.mark.parametrize("inside", [False, True])
+def test_a_model_that_divides_by_255_itself_is_given_bytes(
+    tmp_path: Path, shape: tuple[int, ...], inside: bool
+) -> None:
+    with_objectness = 85 in shape
+    path = toy(
+        tmp_path / "toy.onnx",
+        shape,
+        boxes(max(shape[1:]) if with_objectness else PLACES, 60.0),
+        1.0,
+        objectness=with_objectness,
+    )
+    if inside:
+        divide_inside(path)
+    detector = cast(CocoDetector, load_detector(path))
+    assert detector.layout.full_scale == (255.0 if inside else 1.0)
+    assert detector.detect(np.full((SIDE, SIDE, 3), 230, np.uint8))[0].score == pytest.approx(230 / 255, abs=0.01)
+
+
+def divide_inside(path: Path) -> None:
+    """Put a division of the picture by 255 before a model."""
+    model = onnx.load(path)
+    model.graph.initializer.append(onnx.numpy_helper.from_array(np.array(255.0, np.float32), "bytes"))
+    model.graph.node[0].input[0] = "divided"
+    model.graph.node.insert(0, onnx.helper.make_node("Div", ["images", "bytes"], ["divided"]))
+    onnx.save(model, path)
+
+
+def test_boxes_as_corners_are_refused(tmp_path: Path) -> None:
+    rows = boxes(PLACES, 60.0)
+    rows[:, 2:] += rows[:, :2]
+    path = toy(tmp_path / "toy.onnx", WITHOUT, rows, 1.0, objectness=False)
+    with pytest.raises(DetectorError, match="gives boxes as corners"):
+        load_detector(path)
+
+
+@pytest.mark.parametrize(
+    ("names", "refused"),
+    [
+        ("{0: 'apple', 1: 'banana', 2: 'cherry'}", True),
+        (str({**dict.fromkeys(range(80), "thing"), 0: "person", 1: "bicycle", 2: "car", 3: "motorcycle", 5: "bus", 7: "truck",
+              9: "traffic light", 11: "stop sign"}), False),
+        ("no names", False),
+    ],
+)  # fmt: skip
+def test_a_model_that_names_other_classes_is_refused(tmp_path: Path, names: str, refused: bool) -> None:
+    path = toy(tmp_path / "toy.onnx", WITHOUT, boxes(PLACES, 60.0), 1.0, objectness=False)
+    model = onnx.load(path)
+    onnx.helper.set_model_props(model, {"names": names})
+    onnx.save(model, path)
+    if not refused:
+        assert layout_of(path) == "YOLOv8"
+        return
+    with pytest.raises(DetectorError, match=r"other classes than COCO's 80 \(its first: apple, banana, cherry\)"):
+        load_detector(path)
+
+
 def test_a_model_of_two_possible_kinds_is_asked_for(tmp_path: Path) -> None:
     path = toy(tmp_path / "toy.onnx", WITH, boxes(PLACES, 60.0), 255.0, objectness=True)
     wanted = (
