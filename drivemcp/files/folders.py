@@ -14,4 +14,7 @@ def files_beside(source: Path, endings: Collection[str]) -> list[Path]:
     """Of a folder its files with one of the endings, else those of the same name beside the file, in the order of the endings."""
     if source.is_dir():
         return files_of(source, endings)
-    return [file for ending in endings if (file := source.with_suffix(ending)).is_file() and file != source]
+    if not source.parent.is_dir():
+        return []
+    alike = [file for file in source.parent.iterdir() if file.stem.lower() == source.stem.lower() and file != source]
+    return [file for ending in endings for file in sorted(alike) if file.suffix.lower() == ending and file.is_file()]

@@ -30,6 +30,12 @@ SIGMA_M = 5.0
 EARTH_M = 6_371_000.0
 FEW = 0.1
 """Fixes with a time of their own, as a share of the most with one."""
+ALONE_S = 600.0
+"""A fix farther from all others is the last place that a phone remembered, or one with the old date at midnight."""
+EPOCH_S = 366 * DAY_S
+"""Fixes so far apart in time are of no one drive: receivers count weeks from 0 after 1024."""
+HELD_S = 2.5
+"""So long a slow receiver's place may be written again in rows that come faster."""
 MOST_MPS = 100.0
 """A faster fix is a receiver's jump."""
 
@@ -104,7 +110,8 @@ def _read_once(path: Path, written_ns: int, size: int) -> tuple[tuple[Fix, ...],
     except table.OtherTableError as error:
         raise NoTrackError(f"{path}: {error}") from None
     timed = sorted(_on_one_clock([fix for fix in found if math.isfinite(fix.at_s)], left), key=lambda fix: fix.at_s)
-    good = [fix for fix in timed if _is_place(fix, left)]
+    timed = _not_alone(timed, left)
+    good = _without_jumps([fix for fix in timed if _is_place(fix, left)], left)
     if len(good) < 2:
         told = f"; {left}" if str(left) else ""
         raise UserError(f"{path} holds {len(good)} fixes with time, latitude and longitude; a track needs two{told}")
@@ -126,10 +133,11 @@ def _on_one_clock(found: list[Fix], left: Left) -> list[Fix]:
             runs.append([fix])
         else:
             near.append(fix)
-    longest = max((len(run) for run in runs), default=0)
+    longest = max(runs, key=len, default=[])
     kept: list[Fix] = []
     for run in runs:
-        if len(run) < max(2, FEW * longest) and len(run) < longest:
+        few = len(run) < max(2, FEW * len(longest)) and len(run) < len(longest)
+        if few or (run is not longest and abs(run[0].at_s - longest[0].at_s) > EPOCH_S):
             for fix in run:
                 left.add(
                     "its time lies days from that of the others",
@@ -137,6 +145,36 @@ def _on_one_clock(found: list[Fix], left: Left) -> list[Fix]:
                 )
         else:
             kept += run
+    return kept
+
+
+def _not_alone(timed: list[Fix], left: Left) -> list[Fix]:
+    """Without a fix that no other is near in time."""
+    kept = list[Fix]()
+    for number, fix in enumerate(timed):
+        beside = timed[max(0, number - 1) : number] + timed[number + 1 : number + 2]
+        if len(timed) > 2 and all(abs(fix.at_s - each.at_s) > ALONE_S for each in beside):
+            left.add(
+                "no other fix is near it in time", f"latitude {fix.latitude_deg:g}, longitude {fix.longitude_deg:g}"
+            )
+        else:
+            kept.append(fix)
+    return kept
+
+
+def _without_jumps(good: list[Fix], left: Left) -> list[Fix]:
+    """Without a fix that no car reaches from the fixes on both sides, which it reaches from one another."""
+    kept = list[Fix]()
+    for number, fix in enumerate(good):
+        if 0 < number < len(good) - 1:
+            before, after = good[number - 1], good[number + 1]
+            if not _reached(before, fix) and not _reached(fix, after) and _reached(before, after):
+                left.add(
+                    "a receiver's jump; no car is so fast",
+                    f"latitude {fix.latitude_deg:g}, longitude {fix.longitude_deg:g}",
+                )
+                continue
+        kept.append(fix)
     return kept
 
 
@@ -169,7 +207,7 @@ def metres(origin: Fix, fix: Fix) -> tuple[float, float]:
 def _moving(fixes: list[Fix]) -> Iterator[Fix]:
     """With speed and course from the neighbours where the receiver says none; an impossible speed is unknown."""
     for number, fix in enumerate(fixes):
-        before, after = fixes[max(0, number - 1)], fixes[min(len(fixes) - 1, number + 1)]
+        before, after = _neighbours(fixes, number)
         (east, north), took_s = metres(before, after), after.at_s - before.at_s
         way_m = math.hypot(east, north)
         derived = way_m / took_s if 0.0 < took_s <= 2 * MOST_GAP_S else None
@@ -180,6 +218,30 @@ def _moving(fixes: list[Fix]) -> Iterator[Fix]:
         yield fix._replace(
             speed_mps=speed if speed is not None and 0.0 <= speed <= MOST_MPS else None, course_deg=course
         )
+
+
+def _neighbours(fixes: list[Fix], number: int) -> tuple[Fix, Fix]:
+    """The fixes beside one; where a slow receiver's place stands in several rows, the first row of this place and of the next."""
+    here = fixes[number]
+    before, after = fixes[max(0, number - 1)], fixes[min(len(fixes) - 1, number + 1)]
+    if here[1:3] not in (before[1:3], after[1:3]) or len(fixes) < 3:
+        return before, after
+    first = number
+    while first > 0 and fixes[first - 1][1:3] == here[1:3]:
+        first -= 1
+    following = number
+    while following < len(fixes) - 1 and fixes[following][1:3] == here[1:3]:
+        following += 1
+    if fixes[following][1:3] == here[1:3] and first > 0:  # the last place: as fast as to it, for as long as that took
+        earlier = first - 1
+        while earlier > 0 and fixes[earlier - 1][1:3] == fixes[earlier][1:3]:
+            earlier -= 1
+        if here.at_s - fixes[first].at_s >= fixes[first].at_s - fixes[earlier].at_s:
+            return before, after
+        first, following = earlier, first
+    if fixes[following].at_s - fixes[first].at_s > HELD_S:
+        return before, after
+    return fixes[first], fixes[following]
 
 
 def track_messages(fixes: tuple[Fix, ...], offset_s: float) -> Iterator[TimedMessage]:
@@ -196,8 +258,12 @@ def track_messages(fixes: tuple[Fix, ...], offset_s: float) -> Iterator[TimedMes
 
 def _goes_on(before: Fix, after: Fix) -> bool:
     """Whether the way between two fixes is one that a car drove: no gap, no jump."""
-    gap_s, way_m = after.at_s - before.at_s, math.hypot(*metres(before, after))
-    return gap_s <= MOST_GAP_S and way_m <= MOST_MPS * gap_s + SIGMA_M
+    return after.at_s - before.at_s <= MOST_GAP_S and _reached(before, after)
+
+
+def _reached(before: Fix, after: Fix) -> bool:
+    """Whether a car may have driven from one fix to the other."""
+    return math.hypot(*metres(before, after)) <= MOST_MPS * (after.at_s - before.at_s) + SIGMA_M
 
 
 def _between(before: Fix, after: Fix, share: float) -> Fix:

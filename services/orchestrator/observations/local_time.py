@@ -12,7 +12,7 @@ from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
 
 import msgspec
 
-from services.orchestrator.observations.validity import SECOND
+from services.orchestrator.observations.validity import SECOND, fresh_ns
 from services.orchestrator.state import State, Utc
 
 ZONES: Mapping[str, str] = MappingProxyType(
@@ -39,9 +39,10 @@ ANSWERS_S = 2
 
 
 def told_now_s(utc_s: float | None, stamp_ns: int, now_ns: int) -> float | None:
-    """UTC now by a fix of a time; None where the fix tells none, is late, or is of a time that is yet to come."""
-    age_ns = now_ns - stamp_ns
-    return utc_s + age_ns / SECOND if utc_s is not None and 0 <= age_ns <= FRESH_NS else None
+    """UTC now by a fix of a time; None where the fix tells none, is late, or is of a time that is yet to come by another clock."""
+    if utc_s is None or not fresh_ns(stamp_ns, FRESH_NS, now_ns):
+        return None
+    return utc_s + (now_ns - stamp_ns) / SECOND
 
 
 def heard(known: Utc | None, told_s: float | None, now_ns: int, *, step_ns: int) -> Utc | None:

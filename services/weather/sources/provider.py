@@ -53,24 +53,31 @@ def rounded(place: Place) -> Place:
     return Place(round(place.latitude_deg, 2), round(place.longitude_deg, 2))
 
 
+AIR_C = (-90.0, 60.0)
+"""The coldest and the warmest air that was ever measured at the ground, rounded outward."""
+
+
 def around(value: float | None, margin: float) -> Interval | None:
-    """`value` give or take `margin`."""
-    return None if value is None else Interval(value - margin, value + margin)
+    """A temperature in °C give or take `margin`; None where no weather has it, as what programs write for a missing one."""
+    low, high = AIR_C
+    return None if value is None or not low <= value <= high else Interval(value - margin, value + margin)
 
 
 def shower(mm_h: float | None) -> Interval | None:
     """What may fall here where a cell's average is `mm_h`."""
-    return None if mm_h is None else Interval(0.0, max(0.0, mm_h) * LOCAL_RAIN)
+    return None if mm_h is None or mm_h < 0.0 else Interval(0.0, mm_h * LOCAL_RAIN)
 
 
 def sight(visibility_m: float | None) -> Interval | None:
     """Sight at the road where a service tells `visibility_m`."""
-    return None if visibility_m is None else Interval(max(1.0, visibility_m * SIGHT_SHARE), max(1.0, visibility_m))
+    if visibility_m is None or visibility_m < 0.0:
+        return None
+    return Interval(max(1.0, visibility_m * SIGHT_SHARE), max(1.0, visibility_m))
 
 
 def gusts(gust_mps: float | None) -> Interval | None:
     """Gusts at the road: down to what shelter leaves, up to a third more in the open (ours)."""
-    return None if gust_mps is None else Interval(0.5 * gust_mps, 1.33 * gust_mps)
+    return None if gust_mps is None or gust_mps < 0.0 else Interval(0.5 * gust_mps, 1.33 * gust_mps)
 
 
 def share(percent: float | None) -> Interval | None:

@@ -89,7 +89,7 @@ def words(element: "Element | None", without: frozenset[str] = frozenset()) -> s
         if not name or name in without:
             continue
         before, after = ("(", ") ") if name == "Pnumber" else (" ", " ") if name in BLOCKS else ("", "")
-        own = at.text or ""
+        own = at.text or ("−" if at.get("Name") == "Minus" else " " if name == "Character" else "")
         if name in RAISED and own.strip().isdecimal():
             own = own.translate(_SUPERSCRIPT)
         inside: list[Element | str] = [before, own]

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drivemcp.errors import UserError
-from services.player.position_track import not_read, read_track
+from services.player.position_track import not_read, read_track, track_beside
 from services.player.tracks.coordinates import degrees
 from tests.unit.services.player.test_position_track import GPX, sentence
 
@@ -353,3 +353,60 @@ def test_a_place_without_its_hemisphere_is_none(sides: tuple[str, str], tmp_path
     path.write_text("".join(sentence(each.format(*(sides if n == 1 else "NE"))) for n, each in enumerate(fixes)))
     assert [fix.at_s for fix in read_track(path)] == [0.0, 2.0, 3.0]
     assert not_read(path) == "1 not read, first line 2: the receiver had no fix"
+
+
+def driven(*extra: tuple[float, float], count: int = 10) -> list[tuple[float, float]]:
+    """(time, latitude) of a car with 11 m/s northward, and of further fixes."""
+    return sorted([(float(n), 48.0 + 1e-4 * n) for n in range(count)] + list(extra))
+
+
+def rows(path: Path, places: list[tuple[float, float]], head: str = "time_s,lat,lon\n") -> Path:
+    return table(path, *(f"{at_s},{latitude:.8f},11.0" for at_s, latitude in places), head=head)
+
+
+@pytest.mark.parametrize(
+    ("extra", "told"),
+    [
+        ((-13_000.0, 47.0), "no other fix is near it in time"),
+        ((90_000.0, 47.0), "its time lies days from that of the others"),
+        ((4.5, 0.0001), "a receiver's jump; no car is so fast"),
+    ],
+)
+def test_a_fix_of_another_time_or_place_is_left_out_and_told(
+    extra: tuple[float, float], told: str, tmp_path: Path
+) -> None:
+    path = rows(tmp_path / "drive.csv", driven(extra))
+    assert [fix.at_s for fix in read_track(path)] == [float(n) for n in range(10)]
+    assert all(fix.speed_mps == pytest.approx(11.1, abs=0.1) for fix in read_track(path))
+    assert not_read(path).startswith("1 not read")
+    assert told in not_read(path)
+
+
+def test_of_two_epochs_of_a_receiver_the_longer_counts(tmp_path: Path) -> None:
+    path = tmp_path / "drive.nmea"
+    dates = ("151004", "151004", "010624", "010624", "010624", "010624")
+    body = "GNRMC,10000{n}.00,A,4800.0000,N,01130.0000,E,10.0,90.0,{date},,,A"
+    path.write_text("".join(sentence(body.format(n=n, date=date)) for n, date in enumerate(dates)))
+    assert [fix.at_s for fix in read_track(path)] == [0.0, 1.0, 2.0, 3.0]
+    assert not_read(path).startswith("2 not read")
+
+
+@pytest.mark.parametrize("held", [2, 5, 10])
+def test_a_place_that_is_written_again_is_no_standstill(held: int, tmp_path: Path) -> None:
+    places = [(n / 10, 48.0 + 1e-4 * held / 10 * (n // held)) for n in range(60)]
+    found = read_track(rows(tmp_path / "drive.csv", places))
+    assert all(fix.speed_mps == pytest.approx(11.1, rel=0.02) for fix in found)
+
+
+def test_a_car_that_stands_stands(tmp_path: Path) -> None:
+    places = [(n / 10, 48.0 + 1e-5 * min(n, 40)) for n in range(200)]
+    found = read_track(rows(tmp_path / "drive.csv", places))
+    assert all(fix.speed_mps == 0.0 for fix in found if fix.at_s > 7.0)
+    assert all(fix.speed_mps == pytest.approx(11.1, rel=0.1) for fix in found if fix.at_s < 3.9)
+
+
+@pytest.mark.parametrize("name", ["V.CSV", "v.csv", "V.csv"])
+def test_a_track_is_found_beside_a_video_whatever_its_capitals(name: str, tmp_path: Path) -> None:
+    (tmp_path / "V.MP4").write_bytes(b"")
+    rows(tmp_path / name, driven())
+    assert track_beside(tmp_path / "V.MP4") == tmp_path / name

@@ -126,7 +126,7 @@ def test_a_clock_that_does_not_go_on_as_ours_never_raises_the_target(told_s: Cal
 
 
 @pytest.mark.parametrize(
-    ("age_s", "told"), [(0.0, True), (1.9, True), (2.1, False), (-0.1, False), (8 * 3600.0, False)]
+    ("age_s", "told"), [(0.0, True), (1.9, True), (2.1, False), (-0.1, True), (-2.0, False), (8 * 3600.0, False)]
 )
 def test_a_fix_that_is_late_or_yet_to_come_tells_no_time(age_s: float, told: bool) -> None:
     now_ns = 1_000_000 * S

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from services.weather.observations.observation import SURE, Interval, clean
-from services.weather.sources import met_norway, metar, open_meteo
+from services.weather.sources import met_norway, metar, open_meteo, provider
 from services.weather.sources.provider import NS, Place, UnusableAnswer, rounded
 from tests.unit.services.weather.sources.answers import NOW_NS, met_norway_body, open_meteo_body
 
@@ -152,9 +152,9 @@ def test_no_report_does_more_than_be_unusable(tail: str) -> None:
 
 def test_no_more_than_a_kilometre_is_told_of_where_the_car_is() -> None:
     place = rounded(Place(52.520817, 13.409419))
-    for provider in (met_norway.met_norway(), open_meteo.open_meteo()):
-        assert "52.52&" in provider.address(place)
-        assert "13.41" in provider.address(place)
+    for each in (met_norway.met_norway(), open_meteo.open_meteo()):
+        assert "52.52&" in each.address(place)
+        assert "13.41" in each.address(place)
 
 
 @pytest.mark.parametrize(
@@ -342,3 +342,11 @@ def test_snow_that_drifts_fell_before(words: str, falls: float) -> None:
 def test_a_wind_that_never_blows_is_none() -> None:
     told = metar.read(report("1150", "O300 FG BKN001 02/02 Q1008").encode(), NOW_NS)
     assert (told.wind_mps, told.gust_mps) == (None, None)
+
+
+def test_what_a_program_writes_for_a_missing_value_is_unknown() -> None:
+    assert provider.shower(-5.0) is None
+    assert provider.sight(-1.0) is None
+    assert provider.gusts(-999.0) is None
+    assert provider.around(999.0, 1.0) is None
+    assert provider.around(-12.0, 1.0) == Interval(-13.0, -11.0)

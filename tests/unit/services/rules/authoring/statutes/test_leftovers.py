@@ -243,6 +243,12 @@ def test_a_raised_number_is_a_power_and_no_digit(written: str, read_as: str, tmp
     assert texts(read(tmp_path, akn)) == {"s. 1": read_as}
 
 
+def test_a_character_that_has_a_name_is_not_lost(tmp_path: Path) -> None:
+    said = '<Text>Class 1<Character Name="NonBreakingSpace"/>30 mph, <Character Name="Minus"/>5 C.</Text>'
+    group = f"<P1group><Title>Cars</Title>{p1('1', said)}</P1group>"
+    assert texts(read(tmp_path, CLML.format(body=group, after=""))) == {"s. 1": "Class 1 30 mph, −5 C."}
+
+
 def test_a_paragraph_in_a_part_of_a_schedule_is_cited_by_its_schedule_and_has_no_other_ones_heading(
     tmp_path: Path,
 ) -> None:
