@@ -91,7 +91,24 @@ def passed_over(path: Path) -> str:
         told.append(
             f"{len(others)} pictures ({endings}) are not read, first {others[0].name}: convert them to .jpg or .png"
         )
+    if path.is_dir() and (
+        why := _times_unused([each for each in ordered(files_of(path, PICTURES)) if each not in cut])
+    ):
+        told.append(why)
     return "; ".join(told)
+
+
+def _times_unused(files: Sequence[Path]) -> str:
+    """Why times in most names of a folder do not count, and what to do; empty where they do, or are none."""
+    without = [file for file in files if not (_dated([file.stem]) or _counted([file.stem]))]
+    if len(files) - len(without) < max(2, len(files) / 2) or times_in(files):
+        return ""
+    why = (
+        f"{without[0].name} holds none: take it away"
+        if without
+        else f"they do not grow, or pause for more than {LONGEST_PAUSE_S:g} s: divide the folder"
+    )
+    return f"the times in the names of pictures are not used, since {why}, or give --period"
 
 
 def is_cut(file: Path) -> bool:
@@ -179,7 +196,9 @@ def open_video(path: Path, options: Options) -> Recording:
     rate_hz = capture.get(cv2.CAP_PROP_FPS) or 25.0
     frames = max(0, int(capture.get(cv2.CAP_PROP_FRAME_COUNT)))
     shown = min(frames, round(frames / rate_hz * options.max_rate_hz))
-    return Recording(path.name, shown, frames / rate_hz, camera_messages(_pictures(capture, options), options))
+    promised = frames if path.suffix.lower() in COUNTED else 0
+    pictures = _pictures(capture, options, f"{path.name} is damaged or cut", promised)
+    return Recording(path.name, shown, frames / rate_hz, camera_messages(pictures, options))
 
 
 def _why(path: Path) -> str:
@@ -194,12 +213,28 @@ def _why(path: Path) -> str:
     return ": its end is missing; was the recorder cut off? A repair tool may write its index" if cut_off else ""
 
 
-def _pictures(capture: cv2.VideoCapture, options: Options) -> Iterator[Picture]:
-    for at_s in thinned(_times(capture), options.max_rate_hz):
+def _pictures(capture: cv2.VideoCapture, options: Options, damaged: str, promised: int) -> Iterator[Picture]:
+    """The pictures that can be read. Raises UserError behind them where a file promised many more frames."""
+    frames = _Counted(_times(capture))
+    for at_s in thinned(frames, options.max_rate_hz):
         read, bgr = capture.retrieve()
         if read:
             yield Picture(shrink(bgr), at_s)
     capture.release()
+    if frames.count < WHOLE * promised:
+        raise UserError(f"{damaged}: {frames.count} of its {promised} frames can be read; a repair tool may find more")
+
+
+class _Counted(Iterator[float]):
+    """Times, counted as they pass."""
+
+    def __init__(self, times: Iterator[float]) -> None:
+        self._times, self.count = times, 0
+
+    def __next__(self) -> float:
+        at_s = next(self._times)
+        self.count += 1
+        return at_s
 
 
 def _times(capture: cv2.VideoCapture) -> Iterator[float]:
@@ -221,6 +256,10 @@ def thinned(times_s: Iterable[float], max_rate_hz: float) -> Iterator[float]:
             yield at_s
 
 
+COUNTED = (".mp4", ".mov", ".m4v", ".avi")
+"""Videos that say how many frames they hold; of others it is an estimate."""
+WHOLE = 0.8
+"""Of the frames that a video promises so many may be read at least, since some files count badly."""
 _NAMES = re.compile(r"^(?:webcam:|/dev/video)(\d{1,3})$")
 
 

@@ -93,6 +93,25 @@ def test_a_picture_that_is_cut_is_left_out_and_told(tmp_path: Path) -> None:
     assert passed_over(tmp_path) == "1 pictures are cut and left out, first 3.jpg"
 
 
+@pytest.mark.parametrize(
+    ("names", "told"),
+    [
+        (("1714557600000", "1714557600100", "cover"), "since cover.png holds none: take it away, or give --period"),
+        (
+            ("1714557600000", "1714557600100", "1714557700000"),
+            "or pause for more than 30 s: divide the folder, or give --period",
+        ),
+        (("1", "2", "3"), ""),
+        (("1714557600000", "1714557600100"), ""),
+    ],
+)
+def test_times_that_do_not_count_are_told(names: tuple[str, ...], told: str, tmp_path: Path) -> None:
+    for name in names:
+        cv2.imwrite(str(tmp_path / f"{name}.png"), np.zeros((60, 90, 3), np.uint8))
+    assert passed_over(tmp_path).endswith(told)
+    assert bool(passed_over(tmp_path)) == bool(told)
+
+
 def test_pictures_of_several_cameras_are_asked_for_by_camera(tmp_path: Path) -> None:
     for at, camera in itertools.product(range(3), ("CAM_BACK", "CAM_FRONT")):
         name = f"n008-2018-08-01-15-16-36-0400__{camera}__{1533151603537558 + 500_000 * at}.png"
@@ -241,3 +260,20 @@ def test_a_file_that_is_no_video_says_what_it_looks_like(tmp_path: Path, content
     (tmp_path / "drive.mp4").write_bytes(content)
     with pytest.raises(UserError, match=f"drive.mp4 does not open as a video: {words}"):
         open_recording(str(tmp_path / "drive.mp4"), Options())
+
+
+def test_a_video_that_is_damaged_within_says_how_much_of_it_was_read(tmp_path: Path) -> None:
+    path = tmp_path / "clip.avi"
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"MJPG"), 10.0, (160, 96))
+    for number in range(30):
+        writer.write(np.full((96, 160, 3), 8 * number, np.uint8))
+    writer.release()
+    assert sum(isinstance(each.message, CameraFrame) for each in open_recording(str(path), Options()).messages) == 30
+    content = bytearray(path.read_bytes())
+    place = content.index(b"00dc", content.index(b"movi") + len(content) // 3)
+    content[place : place + len(content) // 6] = bytes(len(content) // 6)
+    path.write_bytes(content)
+    shown = list[object]()
+    with pytest.raises(UserError, match=r"clip.avi is damaged or cut: \d+ of its 30 frames can be read"):
+        shown.extend(open_recording(str(path), Options()).messages)
+    assert shown
