@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from hashlib import sha256
 from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import msgspec
 
@@ -16,6 +16,15 @@ from drivemcp.paths import data, has_data
 
 FILES = ("manifest.json", "provisions.json", "signs.json", "cases.json")
 SOURCES = "sources/"
+_SEEN = r"[^\x00-\x1f\x7f\u200b-\u200f\u202a-\u202e\u2066-\u2069]"
+Phrase = Annotated[str, msgspec.Meta(min_length=2, max_length=200, pattern=rf"\A{_SEEN}*\w{_SEEN}*\Z")]
+"""Some words, without characters that are not seen."""
+Language = Annotated[str, msgspec.Meta(pattern=r"\A[a-z]{2}\Z")]
+Asked = dict[str, dict[Language, Annotated[tuple[Phrase, ...], msgspec.Meta(max_length=40)]]]
+"""The content of `asked.json`."""
+ASKED = "asked.json"
+"""How drivers ask: a provision's id, or a sign's code behind `sign:`, to language to phrases. Optional, and outside of the seal,
+since it says nothing of the law: it is searched with a passage."""
 MAX_BYTES = 4 << 20
 """Of one file; the largest that is shipped holds 0.3 MB."""
 MAX_DOCUMENTS = 200

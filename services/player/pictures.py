@@ -99,7 +99,7 @@ def passed_over(path: Path) -> str:
 
 
 def _times_unused(files: Sequence[Path]) -> str:
-    """Why times in most names of a folder do not count, and what to do; empty where they do, or are none."""
+    """Why times in most names of a folder do not count, and what to do; empty where they do, or where names hold no times."""
     without = [file for file in files if not (_dated([file.stem]) or _counted([file.stem]))]
     if len(files) - len(without) < max(2, len(files) / 2) or times_in(files):
         return ""

@@ -1,17 +1,27 @@
 """The texts of the rulepacks as passages. Checked is that they are what was sealed; the Rules service checks packs in full."""
 
 import hashlib
+import itertools
+import logging
 from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any, Literal
 
 import msgspec
 
 from drivemcp.errors import MALFORMED, UserError
-from drivemcp.files.packfiles import FILES, content_sha256, read_content
+from drivemcp.files.packfiles import ASKED, FILES, Asked, content_sha256, read_content, read_regular
 
 Kind = Literal["statute", "sign_table", "guidance"]
 Corpus = Literal["statutes", "signs"]
+LOOKS = Path(__file__).parent / "sign_looks.json"
+"""How drivers ask for the signs that readers know, whatever the pack."""
+
+
+MOST_PHRASES = 40
+"""With one text: an encoder's time grows with them."""
+logger = logging.getLogger(__name__)
 
 
 class CorpusError(UserError):
@@ -67,6 +77,11 @@ class Entry(msgspec.Struct, frozen=True):
     """Imported and not yet restated: the publisher's words, which are not to be told."""
 
     @property
+    def name(self) -> str:
+        """What distinguishes it in its pack."""
+        return self.id or f"sign:{self.code}"
+
+    @property
     def road_types(self) -> frozenset[str]:
         """The roads that it is about; none: it is about all, or about no road."""
         roads = [effect.when.road_types for effect in self.effects]
@@ -89,6 +104,8 @@ class Text(msgspec.Struct, frozen=True, kw_only=True):
     jurisdiction: str
     rulepack_version: str
     topics: str = ""
+    asked: str = ""
+    """How drivers ask for it."""
     road_types: frozenset[str] = frozenset()
     replaces: tuple[str, ...] = ()
     effective: tuple[str, str | None] = ("", None)
@@ -118,6 +135,11 @@ class Text(msgspec.Struct, frozen=True, kw_only=True):
     @property
     def indexed(self) -> str:
         """What is searched: section and everyday words belong to it, so that `Zeichen 274` and `fog` are found."""
+        return f"{self.of_the_law} {self.asked}".strip()
+
+    @property
+    def of_the_law(self) -> str:
+        """The same without the words of drivers, which may speak of more than the law does."""
         return f"{self.section}: {self.excerpt} {self.topics}".strip()
 
 
@@ -130,7 +152,10 @@ def read_pack(folder: Path) -> tuple[Text, ...]:
     manifest = _decoded(folder, content, "manifest.json", Manifest)
     provisions = _entries(folder, content, "provisions.json")
     signs = _entries(folder, content, "signs.json")
-    texts = _texts(manifest, provisions, "statutes") + _texts(manifest, signs, "signs")
+    asked = _asked(folder)
+    texts = _texts(manifest, provisions, "statutes", asked) + _texts(
+        manifest, signs, "signs", _with_looks(signs, asked)
+    )
     _check(folder, content, texts)
     _check_sealed(folder, content, manifest)
     return texts
@@ -141,10 +166,45 @@ def digest(texts: tuple[Text, ...]) -> str:
     return hashlib.sha256("\0".join(text.indexed for text in texts).encode()).hexdigest()
 
 
-def _texts(manifest: Manifest, entries: list[Entry], corpus: Corpus) -> tuple[Text, ...]:
+def _asked(folder: Path) -> Asked:
+    """How drivers ask. The law does not depend on it: what is there and cannot be used is told, and left out."""
+    try:
+        return msgspec.json.decode(read_regular(folder / ASKED), type=Asked)
+    except FileNotFoundError:
+        return {}
+    except (OSError, *MALFORMED) as error:
+        logger.warning("%s is not searched: %s", folder / ASKED, error)
+        return {}
+
+
+@cache
+def sign_looks() -> dict[str, dict[str, tuple[str, ...]]]:
+    """How drivers ask for a sign by its code. Raises OSError or msgspec.MsgspecError: it is part of the program."""
+    return msgspec.json.decode(LOOKS.read_bytes(), type=Asked)
+
+
+def _with_looks(signs: list[Entry], asked: Asked) -> Asked:
+    """What a pack says of its signs, and what is said of such signs everywhere."""
+    return {
+        sign.name: {language: (*own.get(language, ()), *looks.get(language, ())) for language in {**own, **looks}}
+        for sign in signs
+        for own, looks in [(asked.get(sign.name, {}), sign_looks().get(sign.code, {}))]
+    }
+
+
+def _phrases(entry: Entry, source: Source, asked: Asked) -> str:
+    """How drivers ask for an entry in the language of a text of it; with the first text also in languages without one."""
+    said = asked.get(entry.name, {})
+    own = {each.language for each in entry.sources}
+    others = [language for language in said if language not in own] if source is entry.sources[0] else []
+    phrases = (phrase for language in (source.language, *others) for phrase in said.get(language, ()))
+    return " ".join(" ".join(phrase.split()) for phrase in itertools.islice(phrases, MOST_PHRASES))
+
+
+def _texts(manifest: Manifest, entries: list[Entry], corpus: Corpus, asked: Asked) -> tuple[Text, ...]:
     return tuple(
         Text(
-            passage_id=f"{manifest.id}/{entry.id or f'sign:{entry.code}'}/{source.language}",
+            passage_id=f"{manifest.id}/{entry.name}/{source.language}",
             document=f"{manifest.id}/{source.document}",
             start=source.start,
             end=source.end,
@@ -155,6 +215,7 @@ def _texts(manifest: Manifest, entries: list[Entry], corpus: Corpus) -> tuple[Te
             language=source.language,
             jurisdiction=manifest.jurisdiction,
             topics=entry.topics.get(source.language, ""),
+            asked=_phrases(entry, source, asked),
             road_types=entry.road_types,
             replaces=entry.replaces,
             effective=(manifest.effective_from, manifest.effective_until),

@@ -266,7 +266,7 @@ def _moved(passage: Passage, by: float) -> Passage:
 
 def _speaks(indexes: Sequence[Index], passage: Passage, alone: Sequence[Matter]) -> bool:
     """Whether a passage speaks of one of these matters."""
-    texts = (index.by_id[passage.passage_id].indexed for index in indexes if passage.passage_id in index.by_id)
+    texts = (index.by_id[passage.passage_id].of_the_law for index in indexes if passage.passage_id in index.by_id)
     return any(matter.is_in(text) for text in texts for matter in alone)
 
 

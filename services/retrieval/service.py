@@ -10,7 +10,7 @@ import msgspec
 
 from drivemcp.config import ServiceConfig
 from drivemcp.errors import ToolFailed
-from drivemcp.files.packfiles import FILES, folder_of
+from drivemcp.files.packfiles import ASKED, FILES, folder_of
 from drivemcp.node import Node
 from drivemcp.runtime.folder_watch import Watch
 from drivemcp.service import Service
@@ -22,7 +22,7 @@ from services.retrieval.library import ABSENT, LOADING, OFF, Library, Request, W
 from services.retrieval.ranking.index import Index
 from services.retrieval.ranking.tuning import read_tuning
 
-WATCHED = (*FILES, "sources/*.md")
+WATCHED = (*FILES, ASKED, "sources/*.md")
 
 Query = Annotated[
     str,

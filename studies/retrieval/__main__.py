@@ -35,9 +35,9 @@ CONFIDENCE = (
 )  # fmt: skip
 
 
-def rankings(packs: tuple[Path, ...], tuning: Tuning) -> Iterator[tuple[str, Ranking]]:
+def rankings(packs: tuple[Path, ...], tuning: Tuning, encoders: Sequence[str]) -> Iterator[tuple[str, Ranking]]:
     """Name and ranking of each contender."""
-    for name in ENCODERS:
+    for name in encoders:
         if installed(name):
             encoder = Remembering(load_encoder(name, threads=2))
             yield f"hybrid, {name}", _ranking(_with(packs, tuning, encoder))
@@ -69,6 +69,8 @@ def _bare(library: Library) -> Ranking:
 
     def ranking(question: Question) -> Sequence[str]:
         key = (question.jurisdiction, question.language)
+        if key not in indexes:
+            return []
         scores = indexes[key].get_scores(question.query.lower().split())
         order = sorted(range(len(scores)), key=lambda at: -scores[at])
         return [shelves[key][at].name for at in order[:10] if scores[at] > 0]
@@ -86,6 +88,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m studies retrieval", description=__doc__)
     parser.add_argument("--split", choices=("test", "development", "fresh"), default="test")
     parser.add_argument("--misses", action="store_true")
+    parser.add_argument("--encoder", choices=ENCODERS, action="append", help="this encoder alone; more than once")
     add_json(parser)
     flags = parser.parse_args()
     packs = folders()
@@ -93,7 +96,7 @@ def main() -> int:
         q for q in read_questions(Library(packs, Tuning(lambdas={}), status=ABSENT).packs) if q.split == flags.split
     ]
     rows = list[tuple[Cell, ...]]()
-    for place, (name, ranking) in enumerate(rankings(packs, read_tuning())):
+    for place, (name, ranking) in enumerate(rankings(packs, read_tuning(), flags.encoder or ENCODERS)):
         rows.append(row(name, measure(ranking, questions)))
         if place == 0:
             for kind in sorted({question.kind for question in questions}):
@@ -103,22 +106,25 @@ def main() -> int:
                 rows.append(row(f"- asked in {language}", measure(ranking, asked)))
         if flags.misses and place == 0:
             _say_misses(ranking, questions)
-    show([Sheet(COLUMNS, rows), Sheet(CONFIDENCE, confidences(packs, read_tuning(), questions))], as_json=flags.json)
+    told = confidences(packs, read_tuning(), questions, flags.encoder or ENCODERS)
+    show([Sheet(COLUMNS, rows), Sheet(CONFIDENCE, told)], as_json=flags.json)
     return 0
 
 
-def confidences(packs: tuple[Path, ...], tuning: Tuning, questions: Sequence[Question]) -> list[tuple[Cell, ...]]:
+def confidences(
+    packs: tuple[Path, ...], tuning: Tuning, questions: Sequence[Question], encoders: Sequence[str]
+) -> list[tuple[Cell, ...]]:
     """How well each ranking's confidence is calibrated, asked as `retrieve` and as `lookup_rule` ask."""
     rows = list[tuple[Cell, ...]]()
-    for ranking, library in (*_hybrids(packs, tuning), ("BM25 alone", Library(packs, tuning, status=ABSENT))):
+    for ranking, library in (*_hybrids(packs, tuning, encoders), ("BM25 alone", Library(packs, tuning, status=ABSENT))):
         for tool, corpus in zip(("retrieve", "lookup_rule"), ASKED, strict=True):
             found = calibration(list(_answered(library, questions, corpus)))
             rows.append((ranking, tool, found.answered, found.said, found.right, found.error, found.told))
     return rows
 
 
-def _hybrids(packs: tuple[Path, ...], tuning: Tuning) -> Iterator[tuple[str, Library]]:
-    for name in ENCODERS:
+def _hybrids(packs: tuple[Path, ...], tuning: Tuning, encoders: Sequence[str]) -> Iterator[tuple[str, Library]]:
+    for name in encoders:
         if installed(name):
             yield f"hybrid, {name}", _with(packs, tuning, Remembering(load_encoder(name, threads=2)))
 

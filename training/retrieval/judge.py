@@ -21,7 +21,7 @@ FOLDS = 10
 SPREAD = 6.0
 """A question's vector, less the mean, is multiplied by this: its numbers are as large as the facts then."""
 INVERSE_PENALTY = 1.0
-WRONGLY_REFUSED = 0.01
+WRONGLY_REFUSED = 0.015
 """Share of the questions with an answer that may be refused, so that those without are."""
 
 

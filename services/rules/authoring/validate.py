@@ -1,5 +1,6 @@
 """Everything that is wrong with a pack: what loading refuses, and what only its author can have meant otherwise."""
 
+import itertools
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, get_type_hints
@@ -7,7 +8,7 @@ from typing import Any, get_type_hints
 import msgspec
 
 from drivemcp.choices import nearest
-from drivemcp.files.packfiles import FILES, SOURCES
+from drivemcp.files.packfiles import ASKED, FILES, SOURCES, Asked
 from proto.rules import RightOfWayQuestion, RulesAnswer, SignMeaning, Situation
 from services.rules.authoring.seal import paragraphs
 from services.rules.authoring.vocabulary import check_words
@@ -20,20 +21,23 @@ from services.rules.packs.remedies import remedy_for
 from services.rules.packs.signature import Trust
 from services.rules.signs.meaning import SignQuestion
 
-ASKED = {"applicable_limit": Situation, "right_of_way": RightOfWayQuestion, "interpret_sign": SignQuestion}
+CASES_ASK = {"applicable_limit": Situation, "right_of_way": RightOfWayQuestion, "interpret_sign": SignQuestion}
+MOST_UNKNOWN = 20
+"""Names of a file that nothing is called by are told; more are no slips."""
 EXPECTED = {"limit", "advisory", "cites", "contains", "min_confidence", "max_confidence"}
 
 
 def validated(folder: Path, trust: Trust | None = None) -> tuple[Problem, ...]:
     """What is wrong, in the order of the files; none: the pack loads and its parts fit together."""
     _, problems = examine(folder, trust)
-    files = read_files(folder)
+    files = read_files(folder, (ASKED,))
     manifest, _ = decoded(files, "manifest.json", Manifest)
     provisions, _ = decoded_list(files, "provisions.json", Provision)
     signs, _ = decoded_list(files, "signs.json", Sign)
     words = check_words(files, manifest, provisions, signs)
-    twice = (problem for name in FILES for problem in _twice(files, name))
-    return (*problems, *twice, *_names(files, manifest), *words, *_paragraphs(files), *_cases(files))
+    twice = (problem for name in (*FILES, ASKED) for problem in _twice(files, name))
+    asked = _asked(files, {entry.id for entry in provisions if entry} | {f"sign:{sign.code}" for sign in signs if sign})
+    return (*problems, *twice, *_names(files, manifest), *words, *_paragraphs(files), *_cases(files), *asked)
 
 
 def _names(files: Files, manifest: Manifest | None) -> Iterator[Problem]:
@@ -46,7 +50,7 @@ def _names(files: Files, manifest: Manifest | None) -> Iterator[Problem]:
 
 def _twice(files: Files, name: str) -> Iterator[Problem]:
     """Of a name that stands twice in one object JSON takes the last without a word."""
-    if decoded(files, name, Any)[1]:
+    if name not in files.content or decoded(files, name, Any)[1]:
         return
     for path in repeated(files.text(name)):
         yield files.problem(name, path, "stands twice, and the last one counts", "remove one of them")
@@ -70,13 +74,25 @@ def _paragraphs(files: Files) -> Iterator[Problem]:
                 )
 
 
+def _asked(files: Files, names: set[str]) -> Iterator[Problem]:
+    """How drivers ask is of what the pack has, in languages that questions can have."""
+    if ASKED not in files.content:
+        yield from [files.absent(ASKED)] if ASKED in files.refused else []
+        return
+    asked, problems = decoded(files, ASKED, Asked)
+    yield from problems
+    for name in itertools.islice((name for name in asked or {} if name not in names), MOST_UNKNOWN):
+        remedy = nearest(name, names) or "write the id of a provision, or `sign:` and a code of signs.json"
+        yield files.problem(ASKED, (name,), f"nothing is called {name}", remedy)
+
+
 def _cases(files: Files) -> Iterator[Problem]:
     """Questions and expectations name fields that there are: a misspelt fact would count as unknown."""
     cases, _ = decoded_list(files, "cases.json", Case)
     for index, case in enumerate(cases):
         if case is None:
             continue
-        kind = ASKED[case.tool]
+        kind = CASES_ASK[case.tool]
         known = set(kind.__struct_fields__)
         for field in case.ask:
             if field not in known:

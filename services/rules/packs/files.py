@@ -67,9 +67,9 @@ class Files(msgspec.Struct, frozen=True):
         return found
 
 
-def read_files(folder: Path) -> Files:
-    """Everything that belongs to a pack."""
-    found = read_content(folder, (SIGNATURE,))
+def read_files(folder: Path, also: tuple[str, ...] = ()) -> Files:
+    """Everything that belongs to a pack, and files of these names."""
+    found = read_content(folder, (SIGNATURE, *also))
     return Files(folder, found.files, found.refused)
 
 

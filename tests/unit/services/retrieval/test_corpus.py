@@ -9,6 +9,7 @@ import pytest
 from drivemcp.paths import data
 from services.retrieval.corpus import CorpusError, digest, read_pack
 from services.retrieval.service import RetrievalConfig
+from services.rules.authoring.validate import validated
 from services.rules.packs.loading import load
 from tests.unit.services.retrieval.support import seal
 
@@ -81,3 +82,74 @@ def test_a_pack_with_a_draft_in_it_is_refused(tmp_path: Path) -> None:
     seal(folder)
     with pytest.raises(CorpusError, match=r"provisions\.json: .* is a draft"):
         read_pack(folder)
+
+
+def asked_of(tmp_path: Path, asked: object) -> Path:
+    """Germany's pack with other words of drivers; a text is written as it is."""
+    folder = Path(shutil.copytree(data("rulepacks/DEU-v1"), tmp_path / "DEU-v1"))
+    (folder / "asked.json").write_text(asked if isinstance(asked, str) else json.dumps(asked), encoding="utf-8")
+    return folder
+
+
+def test_the_words_of_drivers_are_searched_and_change_neither_the_texts_nor_the_seal(tmp_path: Path) -> None:
+    told = {
+        "deu-phone": {"de": ["darf ich am Steuer wischen"], "it": ["posso scrivere alla guida"]},
+        "nothing": {"de": ["xy"]},
+    }
+    before = {text.passage_id: text for text in read_pack(data("rulepacks/DEU-v1"))}
+    found = {text.passage_id: text for text in read_pack(asked_of(tmp_path, told))}
+    assert found.keys() == before.keys()
+    for key, text in found.items():
+        assert (text.excerpt, text.rulepack_version) == (before[key].excerpt, before[key].rulepack_version)
+    phone = {text.language: text.indexed for text in found.values() if text.name == "deu-phone"}
+    assert "am Steuer wischen" in phone["de"]
+    assert [language for language, words in phone.items() if "alla guida" in words] == ["de"]  # no text is Italian
+    assert sum("am Steuer wischen" in text.indexed for text in found.values()) == 1
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        "[1, 2", "[]", {"deu-phone": ["x"]}, {"deu-phone": {"de": "x"}}, {"deu-phone": {"de": [1]}}, {"deu-phone": {"German": ["xy"]}},
+        {"deu-phone": {"de": ["am\0Steuer"]}}, {"deu-phone": {"de": ["am Steuer"] * 41}}, {"deu-phone": {"de": ["Steuer" * 50]}},
+    ],
+)  # fmt: skip
+def test_words_of_drivers_that_cannot_be_used_are_told_and_the_law_is_searched(
+    tmp_path: Path, asked: object, caplog: pytest.LogCaptureFixture
+) -> None:
+    found = read_pack(asked_of(tmp_path, asked))
+    assert len(found) == len(read_pack(data("rulepacks/DEU-v1")))
+    assert not any(text.asked for text in found if text.corpus == "statutes")
+    assert "asked.json is not searched: " in caplog.text
+
+
+def test_words_of_drivers_behind_a_link_are_told_and_keep_neither_search_nor_law_from_the_pack(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    folder = asked_of(tmp_path, {})
+    (folder / "asked.json").rename(tmp_path / "elsewhere.json")
+    (folder / "asked.json").symlink_to(tmp_path / "elsewhere.json")
+    assert read_pack(folder)
+    assert "is a link" in caplog.text
+    assert load(folder).version == load(data("rulepacks/DEU-v1")).version
+    assert any("is a link" in str(problem) for problem in validated(folder))
+
+
+def test_what_a_law_alone_answers_is_not_answered_by_the_words_of_drivers() -> None:
+    text = next(t for t in read_pack(data("rulepacks/GBR-v1")) if t.name == "gbr-police-stop")
+    assert text.asked
+    assert text.asked not in text.of_the_law
+
+
+def test_signs_are_asked_for_by_their_looks_in_every_pack() -> None:
+    for name, language in (("NLD-v1", "nl"), ("POL-v1", "pl"), ("DEU-v1", "de"), ("USA-v1", "en")):
+        texts = [text for text in read_pack(data(f"rulepacks/{name}")) if text.corpus == "signs"]
+        own = [text for text in texts if text.language == language]
+        assert sum(bool(text.asked) for text in own) >= 0.95 * len(own)
+
+
+@pytest.mark.parametrize("name", sorted(RetrievalConfig().packs))
+def test_every_provision_of_a_pack_is_asked_for_in_the_words_of_drivers(name: str) -> None:
+    texts = [text for text in read_pack(data(f"rulepacks/{name}")) if text.corpus == "statutes"]
+    asked = {text.name for text in texts if len(text.asked.split()) >= 10}
+    assert asked == {text.name for text in texts} or name in ("VIENNA-v1", "TEST-v1")

@@ -209,6 +209,34 @@ def test_a_malformed_pack_is_told_with_its_file_and_with_what_to_do(name: str, p
             load(pack)
 
 
+@pytest.mark.parametrize(
+    ("content", "wanted"),
+    [
+        (b'{"ita-speed-urbn": {"it": ["quanto in paese"]}}', r"asked.json:1.*nothing is called ita-speed-urbn; write"),
+        (b'{"TOWN": {"Italian": ["quanto in paese"]}}', r"asked.json.*Italian|asked.json.*match"),
+        (b'{"TOWN": {"it": "quanto in paese"}}', r"asked.json.*; give .* in square"),
+        (b'{"TOWN": {"it": [""]}}', r"asked.json.*; "),
+        (b'{"TOWN": ', r"asked.json.*truncated"),
+        (b'{"TOWN": {"it": ["in paese"]}, "TOWN": {"it": ["in citt"]}}', r"asked.json.*stands twice"),
+        (b'{"TOWN": {"it": ["in\\u202epaese"]}}', r"asked.json.*; "),
+    ],
+)
+def test_words_of_drivers_that_fit_nothing_are_told_and_the_law_loads(pack: Path, content: bytes, wanted: str) -> None:
+    first = json.loads((pack / "provisions.json").read_text("utf-8"))[0]["id"]
+    before = content_hash(pack)
+    (pack / "asked.json").write_bytes(content.replace(b"TOWN", first.encode()))
+    found = [str(problem) for problem in validated(pack)]
+    assert any(re.search(wanted, line) for line in found), found
+    assert content_hash(pack) == before
+
+
+def test_words_of_drivers_that_fit_are_no_problem(pack: Path) -> None:
+    first = json.loads((pack / "provisions.json").read_text("utf-8"))[0]["id"]
+    before = validated(pack)
+    (pack / "asked.json").write_text(json.dumps({first: {"it": ["quanto in paese"]}}), encoding="utf-8")
+    assert validated(pack) == before
+
+
 @pytest.mark.parametrize("name", UNREAD)
 def test_no_service_and_no_command_waits_for_or_follows_what_is_no_file(name: str, pack: Path) -> None:
     MALFORMED[name][0](pack)
