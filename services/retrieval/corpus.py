@@ -3,6 +3,7 @@
 import hashlib
 import itertools
 import logging
+from codecs import BOM_UTF8
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
@@ -17,8 +18,6 @@ Kind = Literal["statute", "sign_table", "guidance"]
 Corpus = Literal["statutes", "signs"]
 LOOKS = Path(__file__).parent / "sign_looks.json"
 """How drivers ask for the signs that readers know, whatever the pack."""
-
-
 MOST_PHRASES = 40
 """With one text: an encoder's time grows with them."""
 logger = logging.getLogger(__name__)
@@ -169,7 +168,7 @@ def digest(texts: tuple[Text, ...]) -> str:
 def _asked(folder: Path) -> Asked:
     """How drivers ask. The law does not depend on it: what is there and cannot be used is told, and left out."""
     try:
-        return msgspec.json.decode(read_regular(folder / ASKED), type=Asked)
+        return msgspec.json.decode(read_regular(folder / ASKED).removeprefix(BOM_UTF8), type=Asked)
     except FileNotFoundError:
         return {}
     except (OSError, *MALFORMED) as error:

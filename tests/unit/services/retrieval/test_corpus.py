@@ -123,6 +123,11 @@ def test_words_of_drivers_that_cannot_be_used_are_told_and_the_law_is_searched(
     assert "asked.json is not searched: " in caplog.text
 
 
+def test_a_byte_order_mark_hides_no_words_of_drivers(tmp_path: Path) -> None:
+    folder = asked_of(tmp_path, "\ufeff" + json.dumps({"deu-phone": {"de": ["am Steuer wischen"]}}))
+    assert any("am Steuer wischen" in text.indexed for text in read_pack(folder))
+
+
 def test_words_of_drivers_behind_a_link_are_told_and_keep_neither_search_nor_law_from_the_pack(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
