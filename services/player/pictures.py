@@ -1,5 +1,6 @@
 """Videos, folders of pictures, and cameras of this machine."""
 
+import os
 import re
 import sys
 import time
@@ -116,9 +117,14 @@ def is_cut(file: Path) -> bool:
     if file.suffix.lower() not in JPEG:
         return False
     with file.open("rb") as opened:
-        begins = opened.read(2) == b"\xff\xd8"
-        opened.seek(max(0, file.stat().st_size - _BEHIND))
-        return begins and b"\xff\xd9" not in opened.read()
+        if opened.read(2) != b"\xff\xd8":
+            return False
+        size = opened.seek(0, os.SEEK_END)
+        opened.seek(size - 2)
+        if opened.read() == b"\xff\xd9":  # as most pictures end: the rest need not be read
+            return False
+        opened.seek(max(0, size - _BEHIND))
+        return b"\xff\xd9" not in opened.read()
 
 
 def cameras_in(files: Sequence[Path]) -> list[str]:
@@ -196,7 +202,7 @@ def open_video(path: Path, options: Options) -> Recording:
     rate_hz = capture.get(cv2.CAP_PROP_FPS) or 25.0
     frames = max(0, int(capture.get(cv2.CAP_PROP_FRAME_COUNT)))
     shown = min(frames, round(frames / rate_hz * options.max_rate_hz))
-    promised = frames if path.suffix.lower() in COUNTED else 0
+    promised = frames if path.suffix.lower() in WITH_A_COUNT else 0
     pictures = _pictures(capture, options, f"{path.name} is damaged or cut", promised)
     return Recording(path.name, shown, frames / rate_hz, camera_messages(pictures, options))
 
@@ -215,7 +221,7 @@ def _why(path: Path) -> str:
 
 def _pictures(capture: cv2.VideoCapture, options: Options, damaged: str, promised: int) -> Iterator[Picture]:
     """The pictures that can be read. Raises UserError behind them where a file promised many more frames."""
-    frames = _Counted(_times(capture))
+    frames = _Tally(_times(capture))
     for at_s in thinned(frames, options.max_rate_hz):
         read, bgr = capture.retrieve()
         if read:
@@ -225,7 +231,7 @@ def _pictures(capture: cv2.VideoCapture, options: Options, damaged: str, promise
         raise UserError(f"{damaged}: {frames.count} of its {promised} frames can be read; a repair tool may find more")
 
 
-class _Counted(Iterator[float]):
+class _Tally(Iterator[float]):
     """Times, counted as they pass."""
 
     def __init__(self, times: Iterator[float]) -> None:
@@ -256,7 +262,7 @@ def thinned(times_s: Iterable[float], max_rate_hz: float) -> Iterator[float]:
             yield at_s
 
 
-COUNTED = (".mp4", ".mov", ".m4v", ".avi")
+WITH_A_COUNT = (".mp4", ".mov", ".m4v", ".avi")
 """Videos that say how many frames they hold; of others it is an estimate."""
 WHOLE = 0.8
 """Of the frames that a video promises so many may be read at least, since some files count badly."""

@@ -226,22 +226,31 @@ def _neighbours(fixes: list[Fix], number: int) -> tuple[Fix, Fix]:
     before, after = fixes[max(0, number - 1)], fixes[min(len(fixes) - 1, number + 1)]
     if here[1:3] not in (before[1:3], after[1:3]) or len(fixes) < 3:
         return before, after
-    first = number
-    while first > 0 and fixes[first - 1][1:3] == here[1:3]:
-        first -= 1
-    following = number
-    while following < len(fixes) - 1 and fixes[following][1:3] == here[1:3]:
+    first, following = _first_row(fixes, number), number
+    while (
+        following < len(fixes) - 1
+        and fixes[following][1:3] == here[1:3]
+        and fixes[following].at_s - here.at_s <= HELD_S
+    ):
         following += 1
     if fixes[following][1:3] == here[1:3] and first > 0:  # the last place: as fast as to it, for as long as that took
-        earlier = first - 1
-        while earlier > 0 and fixes[earlier - 1][1:3] == fixes[earlier][1:3]:
-            earlier -= 1
+        earlier = _first_row(fixes, first - 1)
         if here.at_s - fixes[first].at_s >= fixes[first].at_s - fixes[earlier].at_s:
             return before, after
         first, following = earlier, first
     if fixes[following].at_s - fixes[first].at_s > HELD_S:
         return before, after
     return fixes[first], fixes[following]
+
+
+def _first_row(fixes: list[Fix], number: int) -> int:
+    """Where the place of a row began to stand, as far back as a slow receiver holds it: a car may stand for hours."""
+    first = number
+    while (
+        first > 0 and fixes[first - 1][1:3] == fixes[number][1:3] and fixes[number].at_s - fixes[first].at_s <= HELD_S
+    ):
+        first -= 1
+    return first
 
 
 def track_messages(fixes: tuple[Fix, ...], offset_s: float) -> Iterator[TimedMessage]:

@@ -11,6 +11,7 @@ from services.player.can_log import SPEED_UNITS
 from services.player.tracks.fix import Fix, Left, number
 
 _UNIT = re.compile(r"""<(?:\w+:)?speed\s+unit=["']([^"']*)""", re.I)
+_BESIDE = re.compile(r"<(?:speed|course)\b", re.I)
 _COMMA = re.compile(r"(<(?:\w+:)?(?:speed|course)\b[^>]*>\s*-?\d+),(?=\d)", re.I)
 """A decimal comma, which gpxpy takes for damage."""
 _ROOT = re.compile(r"<((?:\w+:)?)(\w+)")
@@ -29,7 +30,8 @@ def fixes(text: str, left: Left) -> Iterator[Fix]:
     if root and root[1]:  # gpxpy knows the names without a prefix alone
         text = re.sub(rf"(</?){root[1]}", r"\1", text).replace(f"xmlns:{root[1][:-1]}=", "xmlns=")
     text = _COMMA.sub(r"\1.", re.sub(r"^\s*<\?xml.*?\?>", "", text))
-    file, motion = gpxpy.parse(text), _Motion(text, left)
+    file = gpxpy.parse(text)
+    motion = _Motion(file, text, left)
     taken: list[tuple[float, float]] = []
     told = 0
     for which, track in enumerate(file.tracks, 1):
@@ -59,8 +61,9 @@ def fixes(text: str, left: Left) -> Iterator[Fix]:
 class _Motion:
     """Speed and course of points. Version 1.1 has both in extensions, but some programs write them beside the place, as 1.0 does."""
 
-    def __init__(self, text: str, left: Left) -> None:
-        old = gpxpy.parse(text, version="1.0")
+    def __init__(self, file: gpxpy.gpx.GPX, text: str, left: Left) -> None:
+        reads_all = file.version == "1.0" or not _BESIDE.search(text)
+        old = file if reads_all else gpxpy.parse(text, version="1.0")
         self._old = [point for track in old.tracks for part in track.segments for point in part.points]
         units = {each.lower() for each in _UNIT.findall(text)}
         self._factor = SPEED_UNITS.get(units.pop(), 0.0) if len(units) == 1 else 0.0 if units else 1.0

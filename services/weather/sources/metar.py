@@ -47,7 +47,7 @@ _CORRECTION = re.compile(r"\b(?:COR|CC[A-Z])\b")
 _WIND = re.compile(r"\s(?:\d{3}|VRB|///)P?\d{2,3}(?:GP?\d{2,3})?(?:KTS?|MPS|KMH)\b")
 """The package takes a sight of four digits, or one with a letter O, for a wind."""
 STRONGEST_MPS = 115.0
-"""No stronger gust was ever measured at an airfield."""
+"""More than every gust that an airfield has measured."""
 MOST = 100
 
 _BROKEN = (ParserError, LookupError, ValueError, TypeError, AttributeError, ArithmeticError)

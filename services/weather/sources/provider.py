@@ -54,7 +54,7 @@ def rounded(place: Place) -> Place:
 
 
 AIR_C = (-90.0, 60.0)
-"""The coldest and the warmest air that was ever measured at the ground, rounded outward."""
+"""Below and above every temperature of air measured at the ground."""
 
 
 def around(value: float | None, margin: float) -> Interval | None:
