@@ -140,7 +140,7 @@ def _drive(
         sys.stderr.write(f"drivemcp: the log is not whole: {state.trouble}\n")
     problem = tally.scenario.problem if tally.scenario is not None else ""
     if problem:
-        sys.stderr.write(f"drivemcp: it ended before its time: {problem}\n")
+        sys.stderr.write(f"drivemcp: the drive is not whole: {problem}\n")
     return 0 if state.whole and not problem else 1, Path(plan.folder)
 
 

@@ -78,8 +78,22 @@ def open_folder(path: Path, options: Options) -> Recording:
     else:
         period_s = options.picture_period_s or PERIOD_S
         timed = [(file, number * period_s) for number, file in enumerate(files)]
-    pictures = (Picture(shrink(read_picture(file)), at_s) for file, at_s in timed)
-    return Recording(path.name, len(timed), timed[-1][1], camera_messages(pictures, options))
+    return Recording(path.name, len(timed), timed[-1][1], camera_messages(_decoded(timed), options))
+
+
+def _decoded(timed: Iterable[tuple[Path, float]]) -> Iterator[Picture]:
+    """The pictures that decode. Raises UserError behind them where some do not."""
+    bad: list[Path] = []
+    for file, at_s in timed:
+        try:
+            yield Picture(shrink(read_picture(file)), at_s)
+        except UserError:
+            bad.append(file)
+    if bad:
+        told = f"{bad[0]} does not decode as a picture"
+        raise UserError(
+            f"{told} and is left out" if len(bad) == 1 else f"{told}, nor do {len(bad) - 1} others; they are left out"
+        )
 
 
 def passed_over(path: Path) -> str:

@@ -18,6 +18,8 @@ Image = np.ndarray[Any, np.dtype[np.uint8]]
 FRONT = "front"
 MAX_WIDTH_PX = 960
 JPEG_QUALITY = 90
+DEEP_BITS = (10, 12, 14, 16)
+"""Of cameras whose pictures are kept in 16 bits; the darkest that holds a picture's brightest point is taken."""
 CALIBRATION_PERIOD = 10
 """A calibration goes with every tenth picture."""
 
@@ -83,10 +85,16 @@ def frame_of(bgr: Image, number: int) -> CameraFrame:
 
 def read_picture(path: Path) -> Image:
     """A picture file as BGR. Raises UserError."""
-    bgr = cv2.imread(str(path), cv2.IMREAD_COLOR)
+    bgr = cv2.imread(str(path), cv2.IMREAD_COLOR | cv2.IMREAD_ANYDEPTH)
     if bgr is None:
         raise UserError(f"{path} does not decode as a picture")
-    return np.asarray(bgr, np.uint8)
+    if bgr.dtype == np.uint8:
+        return np.asarray(bgr, np.uint8)
+    if bgr.dtype != np.uint16:
+        raise UserError(f"{path} holds {bgr.dtype} numbers and no picture of 8 to 16 bits: convert it to .png")
+    deep = np.asarray(bgr, np.uint16)
+    bits = next(bits for bits in DEEP_BITS if deep.max() < 1 << bits)
+    return (deep >> (bits - 8)).astype(np.uint8)
 
 
 def shrink(bgr: np.ndarray[Any, Any]) -> Image:

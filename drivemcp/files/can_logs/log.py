@@ -140,6 +140,8 @@ class CanLog:
             reader = form.make(lines)
             stream = iter(reader)
             bad = 0
+            widths: dict[tuple[int, bool], int] = {}
+            """Characters of the last line of each id."""
             while not lines.ended:
                 try:
                     message = next(stream)
@@ -157,8 +159,17 @@ class CanLog:
                     continue
                 except StopIteration:
                     break
-                self._pass_over(lines.take()[:-1], form)
+                *before, (_, text) = lines.take() or [(lines.number, "")]
+                self._pass_over(before, form)
                 form.mend(message)
+                key, width = (message.arbitration_id, message.is_extended_id), len(text.rstrip())
+                if lines.complaint and width < widths.get(key, 0):
+                    self.note(
+                        f"{lines.complaint}, since it is shorter than that of this id before: left out",
+                        f"line {lines.number}",
+                    )
+                    return
+                widths[key] = width
                 yield message
             self._pass_over(lines.take(), form)
             if lines.complaint and bad != lines.number:

@@ -16,6 +16,8 @@ BACK_S = 1.0
 LOOK_AHEAD = 16
 LOOK_AT = 64
 """Records that show whether the stamps are differences."""
+LOOK_LONG_AT = 8192
+"""As many, where all have one stamp: a clock that shows whole seconds goes on in the end."""
 LARGEST_DIFFERENCE_S = 60.0
 GROWS = 0.9
 """A clock goes on: so many pairs of an early and a late stamp have the later one greater, at least."""
@@ -34,6 +36,10 @@ def in_time(records: Iterable[Numbered], remark: Tell, refuse: Tell) -> Iterator
     """
     stream = iter(records)
     head = list(itertools.islice(stream, LOOK_AT))
+    while len(head) < LOOK_LONG_AT and len({message.timestamp for _, message in head}) == 1:
+        if not (more := list(itertools.islice(stream, LOOK_AT))):
+            break
+        head += more
     if differences([message.timestamp for _, message in head]):
         remark(1, "its times are differences from frame to frame; they are added up")
         yield from _added_up(itertools.chain(head, stream))

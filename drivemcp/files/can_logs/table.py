@@ -167,7 +167,7 @@ class Table(Form):
             if "extended" in self._header.places
             else number > 0x7FF or text[-1:] in "xX" or self._says(row, "extended")
         )
-        remote, error = self._says(row, "remote"), self._says(row, "error")
+        remote, error = self._says(row, "remote"), self._says(row, "error") or self._is_kvasers_error(row)
         data = bytes(int(each, self._data_base) for each in self._bytes(row))
         length = self._cell(row, "length")
         told = int(length) if length.isdigit() else len(data)
@@ -197,6 +197,11 @@ class Table(Form):
         """Whether a column of its own or one for the kind of frame says so."""
         kinds = (row[at].lower() for at in self._header.kinds_at if at < len(row))
         return self._true(row, what) or any(not KINDS[what].isdisjoint(re.findall("[a-z]+", each)) for each in kinds)
+
+    def _is_kvasers_error(self, row: Sequence[str]) -> bool:
+        """Whether a row is flagged `E` and has neither id nor bytes; elsewhere the letter may stand for an extended id."""
+        flagged = any(row[at].strip().lower() == "e" for at in self._header.kinds_at if at < len(row))
+        return flagged and self._cell(row, "id") == self._cell(row, "length") == "0"
 
     def _true(self, row: Sequence[str], what: str) -> bool:
         return self._cell(row, what).lower() in _TRUE

@@ -22,6 +22,10 @@ _BASE = re.compile(r"^\s*base\s+(hex|dec)(?:.*\btimestamps\s+(relative|absolute)
 _FD_ERROR = re.compile(r"^\s+CANFD\s+(\d+)\s+(?:[RT]x\s+)?ErrorFrame\b.*", re.I)
 _REQUEST = re.compile(r"\s+(?:CANFD\s+)?\d+\s+(?:\S+\s+){0,2}TxRq\b", re.I)
 """A request to send is no frame yet; the frame has a line of its own."""
+_SYMBOLIC = re.compile(
+    r"\s+(?:CANFD\s+)?\d+\s+(?:[RT]x\s+)?(?![0-9A-F]+x?\s)[A-Za-z_]\w*(?:::\w+)?\s+(?:[RT]x\s+d|[01]\s+[01])\s"
+)
+"""A frame by its message's name, as CANalyzer logs in symbolic mode."""
 HEADER_LINES = 1000
 EXCERPT = 60
 _ASC_OWN = re.compile(
@@ -110,6 +114,9 @@ class Form:
         return f"is not {_WANTED[self.suffix]}: {excerpt(text)}"
 
 
+NAMED = "names its message and gives no id; let the logger write numbers (symbolic mode off)"
+
+
 class Asc(Form):
     """Vector's: with its number base, times that may be differences or negative, and decimal commas."""
 
@@ -150,7 +157,14 @@ class Asc(Form):
     def unread(self, text: str) -> str:
         if _ASC_OWN.match(text):
             return ""
-        return "is no CAN frame (statistics, markers, other buses)" if EVENT.match(text) else super().unread(text)
+        if (event := EVENT.match(text)) is None:
+            return super().unread(text)
+        return NAMED if _SYMBOLIC.match(text, event.end()) else "is no CAN frame (statistics, markers, other buses)"
+
+    def malformed(self, text: str) -> str:
+        event = EVENT.match(text)
+        named = event is not None and _SYMBOLIC.match(text, event.end())
+        return f"{NAMED}: {excerpt(text)}" if named else super().malformed(text)
 
 
 class Candump(Form):

@@ -50,7 +50,7 @@ class Board:
         if from_the_future or out_of_order:
             return
         watch.last_ns = stamp_ns
-        if not watch.take(frame.data, stamp_ns):
+        if not watch.take(frame.data, stamp_ns, frame.arbitration_id):
             self.malformed += 1
 
     def _watches(self, bus: str, dbc: Dbc, profile: Profile) -> dict[Key, Watch]:

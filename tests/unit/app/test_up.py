@@ -96,7 +96,7 @@ def test_a_drive_that_ended_before_its_time_ends_the_command_and_is_told(
 ) -> None:
     broken = ScenarioState(scenario="s", seed=1, time_s=0.0, duration_s=0.0, running=False, problem="no OpenGL here")
     assert up(lambda stack, _: stack.node("simulator").publish(topics.SCENARIO, broken)) == 1
-    assert "it ended before its time: no OpenGL here" in capsys.readouterr().err
+    assert "the drive is not whole: no OpenGL here" in capsys.readouterr().err
 
 
 def test_a_terminal_that_closes_ends_the_drive_in_order(up: Callable[..., int], hangup: list[int]) -> None:

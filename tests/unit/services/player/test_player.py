@@ -16,7 +16,7 @@ from drivemcp.testing import bus
 from proto import topics
 from proto.sensors import CameraFrame
 from services.player.pictures import PICTURES, live_pictures, ordered, passed_over, thinned, webcam_number
-from services.player.recording import Options
+from services.player.recording import Options, read_picture
 from services.player.service import SERVICE, PlayerConfig
 from services.player.source import open_recording
 
@@ -125,12 +125,22 @@ def test_of_a_folder_of_videos_one_has_to_be_named(video: Path) -> None:
         open_recording(str(video.parent), Options())
 
 
-def test_a_recording_that_breaks_off_says_why(folder: Path) -> None:
+def test_a_picture_that_does_not_decode_costs_itself_alone(folder: Path) -> None:
     (folder / "2.png").write_bytes(b"no picture")
     with bus() as b:
         states = b.collect(topics.SCENARIO)
+        frames = b.collect(topics.CAMERA)
         b.start(SERVICE, PlayerConfig(source=str(folder), picture_period_s=0.02))
-        assert "2.png does not decode" in states.wait(lambda state: state.finished).problem
+        problem = states.wait(lambda state: state.finished).problem
+        assert "2.png does not decode as a picture and is left out" in problem
+        frames.wait(lambda frame: frame.frame == len(list(folder.iterdir())) - 2)
+
+
+@pytest.mark.parametrize("bits", [10, 12, 14, 16])
+def test_pictures_of_more_than_eight_bits_are_as_bright_as_their_cameras_saw(tmp_path: Path, bits: int) -> None:
+    grey = np.linspace(0, (1 << bits) - 1, 90).round().astype(np.uint16)
+    cv2.imwrite(str(tmp_path / "deep.png"), np.tile(grey, (60, 1)))
+    assert np.array_equal(read_picture(tmp_path / "deep.png")[0, :, 0], grey >> (bits - 8))
 
 
 @pytest.mark.parametrize(

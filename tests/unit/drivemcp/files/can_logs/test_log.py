@@ -495,3 +495,49 @@ def test_a_log_that_is_packed_by_zip_says_so(tmp_path: Path) -> None:
     log = CanLog(path)
     assert list(log) == []
     assert "it is packed by zip: unpack it" in log.nothing
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("drive.log", "(1.0) can0 100#1122334455667788\n(1.1) can0 100#112233"),
+        ("drive.asc", "base hex timestamps absolute\n 0.01 1 123 Rx d 2 11 22\n 0.02 1 123 Rx d 2 11 2"),
+        (
+            "drive.trc",
+            ";$FILEVERSION=1.1\n;$STARTTIME=45413.5\n     1)    1.2  Rx     0123  2  11 22\n     2)    2.2  Rx     0123  2  11 2",
+        ),
+        (
+            "drive.csv",
+            "Time Stamp,ID,Extended,Dir,Bus,LEN,D1,D2\n1000,00000123,false,Rx,0,2,11,22,\n2000,00000123,false,Rx,0,2,11,2",
+        ),
+    ],
+)
+def test_a_last_line_that_is_cut_within_its_bytes_is_left_out_and_told(tmp_path: Path, name: str, text: str) -> None:
+    log, _, frames = read(tmp_path / name, text)
+    assert len(frames) == 1
+    assert "the last line does not end" in log.summary
+    assert "left out" in log.summary
+    _, _, frames = read(
+        tmp_path / f"whole{name}",
+        f"{text}{'2,' if name.endswith('csv') else '4455667788'[: 10 if 'can0' in text else 1]}",
+    )
+    assert len(frames) == 2
+
+
+def test_a_clock_of_whole_seconds_is_no_row_of_differences(tmp_path: Path) -> None:
+    rows = "".join(f"00:00:{1 + n // 70:02},0x123,11{n % 256:02X}\n" for n in range(200))
+    log, times, _ = read(tmp_path / "drive.csv", f"time,id,data\n{rows}")
+    assert max(times) == 2.0
+    assert log.summary == ""
+
+
+def test_an_asc_that_names_its_messages_says_what_to_do(tmp_path: Path) -> None:
+    log, _, frames = read(tmp_path / "drive.asc", HEADER + "   0.010000 1  EngineData      Rx   d 2 11 22\n")
+    assert frames == []
+    assert "names its message and gives no id" in log.nothing
+
+
+def test_an_error_frame_in_kvasers_table_is_no_data(tmp_path: Path) -> None:
+    head = "Time,Channel,ID,Flags,DLC,Data0,Data1,Counter\n"
+    _, _, frames = read(tmp_path / "drive.csv", f"{head}0.1,1,291,,2,17,34,1\n0.2,1,0,E,0,,,2\n")
+    assert [frame.error for frame in frames] == [False, True]

@@ -1,5 +1,6 @@
 """What a described message may do to the fields that it feeds."""
 
+import itertools
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -305,6 +306,36 @@ def test_j1939_is_matched_by_group_and_its_error_values_are_unknown(tmp_path: Pa
     now = feed(board, [bytes([0, 0, 0xFE, 0b10_0000, 0, 0, 0, 0])], 0x0CFEF127, extended=True)
     reason = "marked not available by the sender"
     assert {board.read(name, now).reason for name in TRUCK} == {reason}
+
+
+def test_of_several_senders_of_one_j1939_group_one_that_knows_is_followed(tmp_path: Path) -> None:
+    """An engine, a tachograph that measures otherwise and a unit without a measurement, in any order."""
+
+    def speed(sender: int, raw: int | None, stamp_ns: int) -> CanFrame:
+        data = bytes([0, *(0xFFFF if raw is None else raw * 256).to_bytes(2, "little"), 0, 0, 0, 0, 0])
+        return CanFrame(stamp_ns=stamp_ns, arbitration_id=0x18FEF100 | sender, data=data, extended=True)
+
+    def read(board: Board, now: int) -> int:
+        value = board.read("speed_mps", now).value
+        return -1 if value is None else round(value * 3.6)
+
+    told = {0x00: 100, 0x17: 90, 0x31: None}
+    for order in itertools.permutations(told):
+        truck = profile(TRUCK, can0={"description": "car.dbc", "protocol": "j1939"})
+        board = Board({"can0": described(tmp_path, J1939, protocol="j1939")}, truck)
+        now, values = START, []
+        for _ in range(20):
+            for sender in order:
+                now += 33_000_000
+                board.ingest([speed(sender, told[sender], now)], now)
+                values.append(read(board, now))
+        first, other = (sender for sender in order if told[sender] is not None)
+        assert set(values[3:]) == {told[first]}
+        now += 1_000_000_000  # the unit that was followed is silent: the other is heard
+        for _ in range(40):
+            now += 100_000_000
+            board.ingest([speed(other, told[other], now)], now)
+        assert read(board, now) == told[other]
 
 
 OVERLAP = f"""{HEAD}
