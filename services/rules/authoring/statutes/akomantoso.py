@@ -1,6 +1,7 @@
 """Akoma Ntoso 3.0: `<section>` or `<article>` with `<subsection>` or `<paragraph>`."""
 
 import re
+from collections import Counter
 from collections.abc import Callable, Iterator
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING
@@ -74,12 +75,9 @@ def read(root: "Element") -> Statute:
     left = in_force(root, _out_of_force(root))
     schedules = [at for at in walked(root, _ASIDE) if _is_schedule(at)]
     inside = {id(below) for schedule in schedules for below in schedule.iter()}
-    sections = [
-        part
-        for at in walked(root, _ASIDE)
-        if _kind(at) in _WHOLE and id(at) not in inside
-        for part in _section(at, title, address)
-    ]
+    wholes = [at for at in walked(root, _ASIDE) if _kind(at) in _WHOLE and id(at) not in inside]
+    chapters = _chapters(root, wholes)
+    sections = [part for at in wholes for part in _section(at, title, address, chapters.get(id(at), ""))]
     nested = {id(below) for schedule in schedules for below in schedule.iter() if below is not schedule}
     outermost = [at for at in schedules if id(at) not in nested]
     sections += [part for at in outermost for part in _schedule(at, title, address)]
@@ -92,6 +90,13 @@ def read(root: "Element") -> Statute:
         left=left,
     )
     return msgspec.structs.replace(statute, left=left + unread(root, statute, _ASIDE, _DROPPED))
+
+
+def _chapters(root: "Element", wholes: list["Element"]) -> dict[int, str]:
+    """The chapter's number of each section whose own number another chapter has too, as in Finland and Sweden."""
+    of = {id(below): words(child(at, "num")) for at in root.iter() if local(at) == "chapter" for below in at.iter()}
+    numbers = Counter(words(child(at, "num")) for at in wholes)
+    return {id(at): chapter for at in wholes if numbers[words(child(at, "num"))] > 1 and (chapter := of.get(id(at)))}
 
 
 def _is_schedule(at: "Element") -> bool:
@@ -160,17 +165,22 @@ def _out_of_force(root: "Element") -> Callable[["Element"], str]:
     return why
 
 
-def _section(at: "Element", title: str, address: str) -> Iterator[Section]:
+def _section(at: "Element", title: str, address: str, chapter: str) -> Iterator[Section]:
     named = words(child(at, "num"))
     own, heading = number(_LABEL.sub("", named)), words(child(at, "heading"))
     cited = f"§ {own}" if "§" in named else f"{_WHOLE[_kind(at)]} {own}"
+    if chapter:
+        cited = f"{number(chapter)}:{own} §" if "§" in named else f"ch. {number(chapter)} {cited}"
+        own = f"{number(chapter)}-{own}"
     parts = [below for below in at if local(below) in _PARTS]
+    if not parts and any(below is not at and _kind(below) in _WHOLE for below in at.iter()):
+        return  # a heading of sections, which have their own turn; what else it says is told as not read
     lead, tail = "", ""
     if parts:
         own_words = (below for below in at if local(below) not in ("num", "heading", "subheading"))
         lead, tail = around(own_words, lambda below: local(below) in _PARTS, _DROPPED - {"num"})
-    for part in parts or [at]:
-        numbered = number(words(child(part, "num"))) if part is not at else ""
+    for place, part in enumerate(parts or [at], 1):
+        numbered = number(words(child(part, "num"))) or (str(place) if len(parts) > 1 else "") if part is not at else ""
         mark = f" Abs. {numbered}" if "§" in named else f"({numbered})"
         text = _text(part)
         yield Section(

@@ -48,7 +48,7 @@ def read(root: "Element") -> Statute:
             headings |= {id(below): heading for below in at.iter() if local(below) == "P1"}
         elif local(at) == "P1":
             sections += _provision(at, title, headings.get(id(at), ""))
-        elif local(at) == "Schedule" and not any(local(below) == "P1" for below in at.iter()):
+        elif _is_whole_schedule(at):
             sections += _whole_schedule(at, title)
     statute = Statute(title=title, short=title, language=language, jurisdiction="GBR", sections=tuple(sections))
     beside = _DROPPED | {"IntroductoryText", "SignedSection", "ExplanatoryNotes", "EarlierOrders"}
@@ -57,10 +57,23 @@ def read(root: "Element") -> Statute:
 
 def _of_a_part(root: "Element") -> tuple[str, ...]:
     """What does not extend to England: it is drafted, and its author has to say where it counts."""
-    placed = (at for at in walked(root, _ASIDE) if local(at) in ("P1", "P1group", "Schedule"))
-    extents = ((at.get("id") or words(child(at, "Title")), at.get("RestrictExtent", "")) for at in placed)
+    placed = [at for at in walked(root, _ASIDE) if local(at) == "P1" or _is_whole_schedule(at)]
+    inherited = _extents(root)
+    extents = ((at.get("id") or words(child(at, "Pnumber", "Number")), inherited[id(at)]) for at in placed)
     found = [f"{name} ({extent})" for name, extent in extents if extent and "E" not in extent.split("+")]
     return (f"does not extend to England, drafted all the same: {', '.join(found)}",) if found else ()
+
+
+def _extents(root: "Element") -> dict[int, str]:
+    """Where each element counts: as it says, or as what holds it says."""
+    found = {id(root): root.get("RestrictExtent", "")}
+    for at in root.iter():
+        found |= {id(below): below.get("RestrictExtent") or found[id(at)] for below in at}
+    return found
+
+
+def _is_whole_schedule(at: "Element") -> bool:
+    return local(at) == "Schedule" and not any(local(below) == "P1" for below in at.iter())
 
 
 def _out_of_force(at: "Element") -> str:

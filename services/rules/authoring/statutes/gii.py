@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
 ROOTS = frozenset({"dokumente"})
-_PARAGRAPH = re.compile(r"\((\d+[a-z]?)\)\s*")
+_PARAGRAPH = re.compile(r"\(\s*(\d+[a-z]?)\s*\)(?:\s*(?P<to>bis|und)\s*\(\s*(\d+[a-z]?)\s*\))?\s*")
 _ASIDE = frozenset({"metadaten", "fussnoten", "TOC"})
 _NOTES = frozenset({"FnR", "Footnotes", "Footnote", "noindex"})
 
@@ -52,7 +52,7 @@ def _paragraphs(content: "Element") -> list[tuple[str, str]]:
         text = words(below, _NOTES)
         match = _PARAGRAPH.match(text)
         if match:
-            found.append((match[1], text[match.end() :]))
+            found.append((" ".join(filter(None, match.groups())), text[match.end() :]))
         elif text and found:
             found[-1] = (found[-1][0], f"{found[-1][1]} {text}")
         elif text:

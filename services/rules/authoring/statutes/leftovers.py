@@ -18,7 +18,7 @@ EXCERPT = 70
 _HOLD_TEXT = frozenset({"p", "P", "Text", "content", "Para", "td", "entry", "LA", "block", "li"})
 
 _PICTURES = frozenset({"img", "Image", "IMG"})
-_NUMBER = re.compile(r"^(?:\([\w.]+\)|\d+[a-z]?[.)])\s*")
+_NUMBER = re.compile(r"^(?:\(\s*[\w.]+\s*\)(?:\s*(?:bis|und)\s*\(\s*\w+\s*\))?|\d+[a-z]?[.)])\s*")
 _GONE = re.compile(
     r"(?:\W*(?:§+|s\.|(?:sub-?)?section|article|art\.|regulation|reg\.|rule|(?:sub-?)?paragraph|para\.?|schedule)\s*[\w().-]*)?"
     r"\W*(?:(?:is|was|has been|wurde|ist)\s+)?(?:repealed|revoked|deleted|omitted|spent|weggefallen|aufgehoben|gestrichen|abrog\w*|"

@@ -299,3 +299,34 @@ def test_a_picture_in_a_section_is_told(tmp_path: Path) -> None:
     assert read(tmp_path, akn).left == ("pictures, not read: 1 part: 'red disc'",)
     british = CLML.format(body=p1("1", '<Text>The sign is</Text><Figure><Image ResourceRef="r1"/></Figure>'), after="")
     assert read(tmp_path, british).left == ("pictures, not read: 1 part: 'r1'",)
+
+
+def test_a_part_of_an_act_tells_its_provisions_where_they_count(tmp_path: Path) -> None:
+    inside = p1("2", "<Text>Left.</Text>") + p1("3", "<Text>Slow.</Text>", 'RestrictExtent="E+W+S"')
+    body = f'<Part RestrictExtent="S">{inside}</Part>{p1("4", "<Text>Stop.</Text>")}'
+    statute = read(tmp_path, CLML.format(body=body, after=""))
+    assert statute.left == ("does not extend to England, drafted all the same: section-2 (S)",)
+
+
+def test_german_paragraphs_that_are_gone_together_are_left_out(tmp_path: Path) -> None:
+    inside = "<P>(1) Rechts.</P><P>(2) bis (4) (weggefallen)</P><P>( 5 ) Links.</P>"
+    norm = f"<norm><metadaten><enbez>§ 6</enbez></metadaten><textdaten><text><Content>{inside}</Content></text></textdaten></norm>"
+    statute = read(tmp_path, GII.format(body=norm))
+    assert [each.cited for each in statute.sections] == ["StO § 6 Abs. 1", "StO § 6 Abs. 5"]
+    assert statute.left == ("not in force, left out: StO § 6 Abs. 2 bis 4",)
+
+
+def test_a_number_of_two_chapters_is_cited_with_its_chapter_and_unnumbered_parts_by_their_place(tmp_path: Path) -> None:
+    parts = "".join(f"<subsection>{said(text)}</subsection>" for text in ("Left.", "Slow."))
+    body = (
+        f"<chapter><num>1</num><section><num>1 §</num>{parts}</section><section><num>2 §</num>{said('Stop.')}</section></chapter>"
+        f"<chapter><num>2</num><section><num>1 §</num>{said('Wait.')}</section></chapter>"
+    )
+    statute = read(tmp_path, AKN.format(meta="", body=body, after=""))
+    assert texts(statute) == {"1:1 § Abs. 1": "Left.", "1:1 § Abs. 2": "Slow.", "§ 2": "Stop.", "2:1 §": "Wait."}
+    assert len({each.key for each in statute.sections}) == 4
+
+
+def test_a_section_of_sections_is_drafted_once(tmp_path: Path) -> None:
+    statute = read(tmp_path, AKN.format(meta="", body=section("6", section("6.1", said("Wait."))), after=""))
+    assert texts(statute) == {"s. 6.1": "Wait."}
