@@ -3,6 +3,7 @@
 import contextlib
 import csv
 import math
+import statistics
 from collections.abc import Callable, Iterator, Mapping
 from functools import lru_cache
 from itertools import pairwise
@@ -36,6 +37,11 @@ EPOCH_S = 366 * DAY_S
 """Fixes so far apart in time are of no one drive: receivers count weeks from 0 after 1024."""
 HELD_S = 2.5
 """So long a slow receiver's place may be written again in rows that come faster."""
+SURE_MPS = 5.0
+"""From this speed on the places show a speed in spite of their errors."""
+FEWEST_COMPARED = 5
+CONTRADICTS = 1.7
+"""Times too fast or too slow: knots are 1.94, miles an hour 2.24, and km/h 3.6 times m/s."""
 MOST_MPS = 100.0
 """A faster fix is a receiver's jump."""
 
@@ -116,7 +122,7 @@ def _read_once(path: Path, written_ns: int, size: int) -> tuple[tuple[Fix, ...],
         told = f"; {left}" if str(left) else ""
         raise UserError(f"{path} holds {len(good)} fixes with time, latitude and longitude; a track needs two{told}")
     start_s = 0.0 if inside else timed[0].at_s
-    return tuple(_moving([fix._replace(at_s=fix.at_s - start_s) for fix in good])), left
+    return tuple(_moving(_of_one_unit([fix._replace(at_s=fix.at_s - start_s) for fix in good], left))), left
 
 
 def _text(path: Path) -> str:
@@ -204,13 +210,32 @@ def metres(origin: Fix, fix: Fix) -> tuple[float, float]:
     return EARTH_M * east, EARTH_M * math.radians(fix.latitude_deg - origin.latitude_deg)
 
 
+def _of_one_unit(fixes: list[Fix], left: Left) -> list[Fix]:
+    """Without the speeds, where the places show most of them to be in another unit than the file says or its format has."""
+    shares = [
+        fix.speed_mps / derived
+        for number, fix in enumerate(fixes)
+        if fix.speed_mps and (derived := _derived(*_neighbours(fixes, number))) and derived >= SURE_MPS
+    ]
+    share = statistics.median(shares) if len(shares) >= FEWEST_COMPARED else 1.0
+    if 1.0 / CONTRADICTS < share < CONTRADICTS:
+        return fixes
+    left.add(f"its speeds are {share:.3g} times those from place to place (km/h for m/s?); the places count", "speed")
+    return [fix._replace(speed_mps=None) for fix in fixes]
+
+
+def _derived(before: Fix, after: Fix) -> float | None:
+    """m/s from one fix to another; None where they are too far apart in time."""
+    took_s = after.at_s - before.at_s
+    return math.hypot(*metres(before, after)) / took_s if 0.0 < took_s <= 2 * MOST_GAP_S else None
+
+
 def _moving(fixes: list[Fix]) -> Iterator[Fix]:
     """With speed and course from the neighbours where the receiver says none; an impossible speed is unknown."""
     for number, fix in enumerate(fixes):
         before, after = _neighbours(fixes, number)
-        (east, north), took_s = metres(before, after), after.at_s - before.at_s
-        way_m = math.hypot(east, north)
-        derived = way_m / took_s if 0.0 < took_s <= 2 * MOST_GAP_S else None
+        east, north = metres(before, after)
+        way_m, derived = math.hypot(east, north), _derived(before, after)
         speed = fix.speed_mps if fix.speed_mps is not None else derived
         course = fix.course_deg
         if course is None and way_m > SIGMA_M:

@@ -1,6 +1,7 @@
 """The kind of a text log, by its ending and its first lines."""
 
 import itertools
+import re
 from pathlib import Path
 
 from drivemcp.files.can_logs.table import LOOK_ROWS, Table, header_of
@@ -31,5 +32,8 @@ def form_of(path: Path) -> Form:
 
 
 def _table_of(head: list[str]) -> Form:
-    header = None if head and head[0].strip() == CSV_HEADER else header_of(head)
-    return Csv() if header is None else Table(header, head)
+    first = next((line.strip() for line in head if line.strip()), "")
+    header = None if first == CSV_HEADER else header_of(head)
+    if header is not None:
+        return Table(header, head)
+    return Csv("" if first == CSV_HEADER or any(map(str.isdigit, re.split("[,;\t.]", first))) else first)

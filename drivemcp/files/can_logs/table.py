@@ -75,7 +75,7 @@ def header_of(head: Sequence[str]) -> Header | None:
         if _BARE.match(line.strip()):
             return _header(count - 1, ",", BARE)
         delimiter = max(",;\t", key=line.count)
-        names = [name.strip().lower() for name in _cells(line, delimiter)]
+        names = [name.strip().lower().replace("μ", "µ") for name in _cells(line, delimiter)]
         found = _header(count, delimiter, names)
         if found is not None:
             return found

@@ -208,11 +208,21 @@ class Csv(Form):
     suffix = ".csv"
     reader = can.CSVReader
 
+    def __init__(self, unknown: str = "") -> None:
+        """`unknown`: a header that is not python-can's and lacks a column for time, id or bytes."""
+        self._unknown = unknown
+
+    def malformed(self, text: str) -> str:
+        if not self._unknown:
+            return super().malformed(text)
+        named = "`time_s` (or `time_ms`, `time_us`), `id` and `data`"
+        return f"its header {excerpt(self._unknown)} names no columns {named}: decoded signals make no frames, others are named so"
+
     def mend(self, message: can.Message) -> None:
         message.is_fd = len(message.data) > 8  # the table does not say so
 
     def unread(self, text: str) -> str:
-        return "" if text.strip() == CSV_HEADER else super().unread(text)
+        return "" if text.strip() in (CSV_HEADER, self._unknown) else super().unread(text)
 
 
 class Trc(Form):

@@ -12,8 +12,8 @@ from services.player.tracks.fix import Fix, Left, number
 
 _UNIT = re.compile(r"""<(?:\w+:)?speed\s+unit=["']([^"']*)""", re.I)
 _BESIDE = re.compile(r"<(?:speed|course)\b", re.I)
-_COMMA = re.compile(r"(<(?:\w+:)?(?:speed|course)\b[^>]*>\s*-?\d+),(?=\d)", re.I)
-"""A decimal comma, which gpxpy takes for damage."""
+_COMMA = re.compile(r"(<(?:\w+:)?(?:(?:speed|course)\b[^>]*>\s*-?\d+|time>[^<,]+)),(?=\d)", re.I)
+"""A decimal comma, which gpxpy takes for damage or for no time."""
 _ROOT = re.compile(r"<((?:\w+:)?)(\w+)")
 Point = gpxpy.gpx.GPXTrackPoint
 

@@ -1,8 +1,10 @@
 """Position tracks beside a recording: speed and position at the recording's pace."""
 
+import math
 import re
 from datetime import UTC, datetime
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import cv2
 import numpy as np
@@ -265,3 +267,18 @@ def test_the_encoding_that_a_file_names_counts(tmp_path: Path) -> None:
     named = GPX.replace('"1.0"?>', '"1.0" encoding="ISO-8859-1"?>').replace("<trk>", "<trk><name>Straße</name>")
     path.write_bytes(named.encode("latin-1"))
     assert len(read_track(path)) == 3
+
+
+@given(mps=st.floats(6.0, 40.0), times=st.sampled_from([1.0, 1.943844, 2.236936, 3.6, 1 / 3.6]))
+def test_speeds_of_another_unit_than_their_format_has_are_taken_from_the_places(mps: float, times: float) -> None:
+    """An app that writes km/h, knots or miles an hour where GPX has m/s."""
+    points = "".join(
+        f'<trkpt lat="{48.0 + math.degrees(mps * at / 6_371_000.0):.7f}" lon="11.5"><time>2026-05-01T10:00:{at:02},0Z</time>'
+        f"<extensions><speed>{mps * times:.4f}</speed></extensions></trkpt>"
+        for at in range(8)
+    )
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "a.gpx"
+        path.write_text(f'<gpx version="1.1" creator="a"><trk><trkseg>{points}</trkseg></trk></gpx>')
+        assert [fix.speed_mps for fix in read_track(path)] == pytest.approx([mps] * 8, rel=0.01)
+        assert ("km/h for m/s" in not_read(path)) is (times != 1.0)

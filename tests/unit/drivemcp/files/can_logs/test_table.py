@@ -147,7 +147,15 @@ def test_every_frame_that_is_written_with_its_base_comes_back(
 def test_a_table_of_decoded_signals_is_no_log(tmp_path: Path) -> None:
     log, found = read(tmp_path / "drive.csv", "Time[s],VehicleSpeed[km/h]\n0.0,50.1\n0.1,50.2\n")
     assert found == []
-    assert "a row of python-can's .csv log" in log.nothing
+    assert "its header 'Time[s],VehicleSpeed[km/h]' names no columns `time_s`" in log.nothing
+    assert "decoded signals make no frames" in log.nothing
+
+
+@pytest.mark.parametrize("micro", ["µ", "μ"])
+def test_a_unit_is_read_in_either_letter_for_micro(tmp_path: Path, micro: str) -> None:
+    log, found = read(tmp_path / "drive.csv", f"Time ({micro}s),ID (hex),Data\n100,123,11\n200,124,12\n")
+    assert [each.at_s for each in log] == pytest.approx([0.0, 1e-4])
+    assert len(found) == 2
 
 
 def test_a_row_that_lacks_bytes_is_told_and_changes_the_base_of_no_other(tmp_path: Path) -> None:
