@@ -183,12 +183,13 @@ def sign_looks() -> dict[str, dict[str, tuple[str, ...]]]:
 
 
 def _with_looks(signs: list[Entry], asked: Asked) -> Asked:
-    """What a pack says of its signs, and what is said of such signs everywhere."""
-    return {
-        sign.name: {language: (*own.get(language, ()), *looks.get(language, ())) for language in {**own, **looks}}
-        for sign in signs
-        for own, looks in [(asked.get(sign.name, {}), sign_looks().get(sign.code, {}))]
-    }
+    """What a pack says of its signs, and what is said of such signs everywhere, in the languages of its texts."""
+    said: Asked = {}
+    for sign in signs:
+        own, looks = asked.get(sign.name, {}), sign_looks().get(sign.code, {})
+        languages = {**own, **{source.language: () for source in sign.sources}}
+        said[sign.name] = {each: (*own.get(each, ()), *looks.get(each, ())) for each in languages}
+    return said
 
 
 def _phrases(entry: Entry, source: Source, asked: Asked) -> str:

@@ -153,6 +153,15 @@ def test_signs_are_asked_for_by_their_looks_in_every_pack() -> None:
         assert sum(bool(text.asked) for text in own) >= 0.95 * len(own)
 
 
+def test_a_sign_is_asked_for_by_its_looks_in_the_languages_of_its_texts_alone() -> None:
+    english = [
+        text for text in read_pack(data("rulepacks/GBR-v1")) if text.name == "sign:stop" and text.language == "en"
+    ]
+    assert "ocho lados" not in english[0].asked
+    assert "osiem" not in english[0].asked
+    assert english[0].asked
+
+
 @pytest.mark.parametrize("name", sorted(RetrievalConfig().packs))
 def test_every_provision_of_a_pack_is_asked_for_in_the_words_of_drivers(name: str) -> None:
     texts = [text for text in read_pack(data(f"rulepacks/{name}")) if text.corpus == "statutes"]
