@@ -84,8 +84,9 @@ def _of_tables(flags: argparse.Namespace, runs: int, docs: str = "") -> argparse
 
 
 def _beside(out: Path, folder: Path, *names: str) -> None:
-    """Copy CSV and HTML of these tables beside the page."""
+    """Copy CSV and HTML of these tables beside the page; a site makes `isa.html` of `isa.md`, so that of the table has another name."""
     for name in names:
         for file in (out / f"{name}.csv", out / f"{name}.html"):
             if file.exists() and file.parent != folder:
-                write_whole(folder / file.name, file.read_bytes())
+                paged = file.suffix == ".html" and (folder / f"{file.stem}.md").exists()
+                write_whole(folder / (f"{file.stem}-table.html" if paged else file.name), file.read_bytes())

@@ -163,3 +163,19 @@ def test_the_page_begins_with_what_holds(tmp_path: Path) -> None:
     )
     page.write(tmp_path / "other.md", tables, about)
     assert "What holds" not in (tmp_path / "other.md").read_text(encoding="utf-8")
+
+
+def test_a_table_beside_a_page_of_its_name_has_another_name(
+    driven: list[tuple[str, int | None, str]], tmp_path: Path
+) -> None:
+    """A site makes `isa.html` of `isa.md`."""
+    out, docs = tmp_path / "out", tmp_path / "docs"
+    (out / "isa").mkdir(parents=True)
+    docs.mkdir()
+    (docs / "isa.md").write_text("# A page\n")
+    for suffix in ("csv", "html"):
+        (out / "isa" / f"isa.{suffix}").write_text("a table")
+    page = str(docs / "results.md")
+    assert run(["evaluate", "release", "--hours", "1", "--out", str(out), "--docs", page]) == 0
+    assert {file.name for file in docs.iterdir()} >= {"isa.md", "isa.csv", "isa-table.html"}
+    assert not (docs / "isa.html").exists()
