@@ -16,7 +16,7 @@ from drivemcp.errors import UserError
 from drivemcp.files.folders import files_of
 from drivemcp.files.foreign import foreign
 from drivemcp.files.since_1970 import counts_per_s
-from services.player.recording import Options, Picture, Recording, camera_messages, read_picture, shrink
+from services.player.recording import Options, Picture, Recording, bits_in, camera_messages, read_picture, shrink
 
 _NUMBERS = re.compile(r"([0-9]+)")
 _COUNT = re.compile(r"(?<![0-9.])[0-9]{9,19}(?:\.[0-9]+)?(?![0-9])")
@@ -78,15 +78,15 @@ def open_folder(path: Path, options: Options) -> Recording:
     else:
         period_s = options.picture_period_s or PERIOD_S
         timed = [(file, number * period_s) for number, file in enumerate(files)]
-    return Recording(path.name, len(timed), timed[-1][1], camera_messages(_decoded(timed), options))
+    return Recording(path.name, len(timed), timed[-1][1], camera_messages(_decoded(timed, bits_in(files)), options))
 
 
-def _decoded(timed: Iterable[tuple[Path, float]]) -> Iterator[Picture]:
+def _decoded(timed: Iterable[tuple[Path, float]], bits: int) -> Iterator[Picture]:
     """The pictures that decode. Raises UserError behind them where some do not."""
     bad: list[Path] = []
     for file, at_s in timed:
         try:
-            yield Picture(shrink(read_picture(file)), at_s)
+            yield Picture(shrink(read_picture(file, bits)), at_s)
         except UserError:
             bad.append(file)
     if bad:

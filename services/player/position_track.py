@@ -3,7 +3,6 @@
 import contextlib
 import csv
 import math
-import statistics
 from collections.abc import Callable, Iterator, Mapping
 from functools import lru_cache
 from itertools import pairwise
@@ -38,7 +37,7 @@ EPOCH_S = 366 * DAY_S
 HELD_S = 2.5
 """So long a slow receiver's place may be written again in rows that come faster."""
 SURE_MPS = 5.0
-"""From this speed on the places show a speed in spite of their errors."""
+"""At this mean speed the places show a speed in spite of their errors."""
 FEWEST_COMPARED = 5
 CONTRADICTS = 1.7
 """Times too fast or too slow: knots are 1.94, miles an hour 2.24, and km/h 3.6 times m/s."""
@@ -211,13 +210,15 @@ def metres(origin: Fix, fix: Fix) -> tuple[float, float]:
 
 
 def _of_one_unit(fixes: list[Fix], left: Left) -> list[Fix]:
-    """Without the speeds, where the places show most of them to be in another unit than the file says or its format has."""
-    shares = [
-        fix.speed_mps / derived
+    """Without the speeds, where the places show them to be in another unit than the file says or its format has."""
+    told = [
+        (fix.speed_mps, derived)
         for number, fix in enumerate(fixes)
-        if fix.speed_mps and (derived := _derived(*_neighbours(fixes, number))) and derived >= SURE_MPS
+        if fix.speed_mps is not None and (derived := _derived(*_neighbours(fixes, number))) is not None
     ]
-    share = statistics.median(shares) if len(shares) >= FEWEST_COMPARED else 1.0
+    way = sum(derived for _, derived in told)
+    sure = len(told) >= FEWEST_COMPARED and way >= SURE_MPS * len(told)
+    share = sum(said for said, _ in told) / way if sure else 1.0
     if 1.0 / CONTRADICTS < share < CONTRADICTS:
         return fixes
     left.add(f"its speeds are {share:.3g} times those from place to place (km/h for m/s?); the places count", "speed")

@@ -1,6 +1,6 @@
 """A recording as messages: what is to be published, and when."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -19,7 +19,8 @@ FRONT = "front"
 MAX_WIDTH_PX = 960
 JPEG_QUALITY = 90
 DEEP_BITS = (10, 12, 14, 16)
-"""Of cameras whose pictures are kept in 16 bits; the darkest that holds a picture's brightest point is taken."""
+"""Of cameras whose pictures are kept in 16 bits; the least that holds the brightest point of their pictures is taken."""
+SAMPLES = 8
 CALIBRATION_PERIOD = 10
 """A calibration goes with every tenth picture."""
 
@@ -83,18 +84,42 @@ def frame_of(bgr: Image, number: int) -> CameraFrame:
     return CameraFrame(jpeg=jpeg.tobytes(), width_px=width, height_px=height, frame=number)
 
 
-def read_picture(path: Path) -> Image:
-    """A picture file as BGR. Raises UserError."""
+def read_picture(path: Path, bits: int = 0) -> Image:
+    """A picture file as BGR. `bits`: how many a deep picture uses, where others of its camera show it. Raises UserError."""
+    return _of_eight_bits(_read(path), path, bits)
+
+
+def bits_in(paths: Sequence[Path]) -> int:
+    """How many bits deep pictures of one camera use, by some of them; 0: they are of eight bits, or cannot be read."""
+    used = 0
+    for path in (paths[len(paths) * part // SAMPLES] for part in range(SAMPLES)):
+        try:
+            picture = _read(path)
+        except UserError:
+            continue
+        if picture.dtype != np.uint16:
+            return 0
+        used = max(used, _bits(picture))
+    return used
+
+
+def _read(path: Path) -> np.ndarray[Any, Any]:
     bgr = cv2.imread(str(path), cv2.IMREAD_COLOR | cv2.IMREAD_ANYDEPTH)
     if bgr is None:
         raise UserError(f"{path} does not decode as a picture")
+    return bgr
+
+
+def _of_eight_bits(bgr: np.ndarray[Any, Any], path: Path, bits: int) -> Image:
     if bgr.dtype == np.uint8:
         return np.asarray(bgr, np.uint8)
     if bgr.dtype != np.uint16:
         raise UserError(f"{path} holds {bgr.dtype} numbers and no picture of 8 to 16 bits: convert it to .png")
-    deep = np.asarray(bgr, np.uint16)
-    bits = next(bits for bits in DEEP_BITS if deep.max() < 1 << bits)
-    return (deep >> (bits - 8)).astype(np.uint8)
+    return (np.asarray(bgr, np.uint16) >> (max(bits, _bits(bgr)) - 8)).astype(np.uint8)
+
+
+def _bits(bgr: np.ndarray[Any, Any]) -> int:
+    return next(bits for bits in DEEP_BITS if int(bgr.max()) < 1 << bits)
 
 
 def shrink(bgr: np.ndarray[Any, Any]) -> Image:

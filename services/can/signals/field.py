@@ -36,8 +36,8 @@ class Field:
         """Whether any sample came, good or bad."""
         return self._stamp_ns > 0
 
-    def accept(self, value: float, stamp_ns: int) -> None:
-        """Judge one sample; what fails is a reason, never a zero."""
+    def accept(self, value: float, stamp_ns: int) -> bool:
+        """Judge one sample, and say whether it may be used; what fails is a reason, never a zero."""
         rule = self.rule
         if not rule.minimum <= value <= rule.maximum:
             self.reject(reasons.OUT_OF_RANGE, stamp_ns)
@@ -46,6 +46,7 @@ class Field:
         else:
             self._good, self._good_ns, self._stamp_ns = value, stamp_ns, stamp_ns
             self._reason, self._suspect, self._agreeing = "", None, 0
+        return not self._reason
 
     def reject(self, reason: str, stamp_ns: int, *, keep_suspect: bool = False) -> None:
         """A sample that cannot be used."""

@@ -42,15 +42,14 @@ class Feed:
 
     def take(self, values: Mapping[str, float], stamp_ns: int) -> None:
         """Judge the sample in the physical values of the message's signals."""
-        self._told_ns = stamp_ns
         if self._usable is not None and not self._usable(values):
             self.field.reject(reasons.INVALID, stamp_ns)
             return
         value = self._sample(values)
         if value is None:
             self.field.reject(reasons.UNKNOWN_VALUE, stamp_ns)
-        else:
-            self.field.accept(value, stamp_ns)
+        elif self.field.accept(value, stamp_ns):
+            self._told_ns = stamp_ns
 
 
 class Watch:

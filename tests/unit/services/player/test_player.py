@@ -16,7 +16,7 @@ from drivemcp.testing import bus
 from proto import topics
 from proto.sensors import CameraFrame
 from services.player.pictures import PICTURES, live_pictures, ordered, passed_over, thinned, webcam_number
-from services.player.recording import Options, read_picture
+from services.player.recording import Options, bits_in, read_picture
 from services.player.service import SERVICE, PlayerConfig
 from services.player.source import open_recording
 
@@ -134,6 +134,14 @@ def test_a_picture_that_does_not_decode_costs_itself_alone(folder: Path) -> None
         problem = states.wait(lambda state: state.finished).problem
         assert "2.png does not decode as a picture and is left out" in problem
         frames.wait(lambda frame: frame.frame == len(list(folder.iterdir())) - 2)
+
+
+def test_a_dark_picture_of_a_deep_camera_stays_dark(tmp_path: Path) -> None:
+    for number, grey in enumerate((900, 40_000, 900)):
+        cv2.imwrite(str(tmp_path / f"{number}.png"), np.full((60, 90), grey, np.uint16))
+    files = sorted(tmp_path.iterdir())
+    assert bits_in(files) == 16
+    assert [int(read_picture(file, bits_in(files)).max()) for file in files] == [3, 156, 3]
 
 
 @pytest.mark.parametrize("bits", [10, 12, 14, 16])
