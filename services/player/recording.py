@@ -92,9 +92,9 @@ def read_picture(path: Path, bits: int = 0) -> Image:
 def bits_in(paths: Sequence[Path]) -> int:
     """How many bits deep pictures of one camera use, by some of them; 0: they are of eight bits, or cannot be read."""
     used = 0
-    for path in (paths[len(paths) * part // SAMPLES] for part in range(SAMPLES)):
+    for place in sorted({len(paths) * part // SAMPLES for part in range(SAMPLES)}):
         try:
-            picture = _read(path)
+            picture = _read(paths[place])
         except UserError:
             continue
         if picture.dtype != np.uint16:

@@ -140,8 +140,8 @@ class CanLog:
             reader = form.make(lines)
             stream = iter(reader)
             bad = 0
-            widths: dict[tuple[int, bool], int] = {}
-            """Characters of the last line of each id."""
+            newest: dict[tuple[int, bool], str] = {}
+            """The line of each id that was read last."""
             while not lines.ended:
                 try:
                     message = next(stream)
@@ -162,14 +162,14 @@ class CanLog:
                 *before, (_, text) = lines.take() or [(lines.number, "")]
                 self._pass_over(before, form)
                 form.mend(message)
-                key, width = (message.arbitration_id, message.is_extended_id), len(text.rstrip())
-                if lines.complaint and width < widths.get(key, 0):
+                key = (message.arbitration_id, message.is_extended_id)
+                if lines.complaint and len(text.rstrip()) < len(newest.get(key, "").rstrip()):
                     self.note(
                         f"{lines.complaint}, since it is shorter than that of this id before: left out",
                         f"line {lines.number}",
                     )
                     return
-                widths[key] = width
+                newest[key] = text
                 yield message
             self._pass_over(lines.take(), form)
             if lines.complaint and bad != lines.number:

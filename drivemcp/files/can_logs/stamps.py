@@ -35,11 +35,10 @@ def in_time(records: Iterable[Numbered], remark: Tell, refuse: Tell) -> Iterator
     `remark` is told what was made of the stamps, `refuse` which record is left out because its stamp is wrong.
     """
     stream = iter(records)
-    head = list(itertools.islice(stream, LOOK_AT))
-    while len(head) < LOOK_LONG_AT and len({message.timestamp for _, message in head}) == 1:
-        if not (more := list(itertools.islice(stream, LOOK_AT))):
-            break
-        head += more
+    head = more = list(itertools.islice(stream, LOOK_AT))
+    while more and len(head) < LOOK_LONG_AT and {message.timestamp for _, message in more} == {head[0][1].timestamp}:
+        more = list(itertools.islice(stream, LOOK_AT))
+        head = [*head, *more]
     if differences([message.timestamp for _, message in head]):
         remark(1, "its times are differences from frame to frame; they are added up")
         yield from _added_up(itertools.chain(head, stream))

@@ -23,7 +23,7 @@ _FD_ERROR = re.compile(r"^\s+CANFD\s+(\d+)\s+(?:[RT]x\s+)?ErrorFrame\b.*", re.I)
 _REQUEST = re.compile(r"\s+(?:CANFD\s+)?\d+\s+(?:\S+\s+){0,2}TxRq\b", re.I)
 """A request to send is no frame yet; the frame has a line of its own."""
 _SYMBOLIC = re.compile(
-    r"\s+(?:CANFD\s+)?\d+\s+(?:[RT]x\s+)?(?![0-9A-F]+x?\s)[A-Za-z_]\w*(?:::\w+)?\s+(?:[RT]x\s+d|[01]\s+[01])\s"
+    rf"{EVENT.pattern}\s+(?:CANFD\s+)?\d+\s+(?:[RT]x\s+)?(?![0-9A-F]+x?\s)[A-Za-z_]\w*(?:::\w+)?\s+(?:[RT]x\s+d|[01]\s+[01])\s"
 )
 """A frame by its message's name, as CANalyzer logs in symbolic mode."""
 HEADER_LINES = 1000
@@ -157,14 +157,12 @@ class Asc(Form):
     def unread(self, text: str) -> str:
         if _ASC_OWN.match(text):
             return ""
-        if (event := EVENT.match(text)) is None:
-            return super().unread(text)
-        return NAMED if _SYMBOLIC.match(text, event.end()) else "is no CAN frame (statistics, markers, other buses)"
+        if _SYMBOLIC.match(text):
+            return NAMED
+        return "is no CAN frame (statistics, markers, other buses)" if EVENT.match(text) else super().unread(text)
 
     def malformed(self, text: str) -> str:
-        event = EVENT.match(text)
-        named = event is not None and _SYMBOLIC.match(text, event.end())
-        return f"{NAMED}: {excerpt(text)}" if named else super().malformed(text)
+        return f"{NAMED}: {excerpt(text)}" if _SYMBOLIC.match(text) else super().malformed(text)
 
 
 class Candump(Form):

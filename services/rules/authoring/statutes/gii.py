@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
 ROOTS = frozenset({"dokumente"})
-_PARAGRAPH = re.compile(r"\(\s*(\d+[a-z]?)\s*\)(?:\s*(?P<to>bis|und)\s*\(\s*(\d+[a-z]?)\s*\))?\s*")
+_PARAGRAPH = re.compile(r"\(\s*(\d+[a-z]?)\s*\)(?:\s*(bis|und)\s*\(\s*(\d+[a-z]?)\s*\))?\s*")
 _ASIDE = frozenset({"metadaten", "fussnoten", "TOC"})
 _NOTES = frozenset({"FnR", "Footnotes", "Footnote", "noindex"})
 
