@@ -129,9 +129,13 @@ def plausible_value(value: float | None) -> bool:
 
 def _merge(known: SignAhead | None, fact: Fact, motion: Motion, now_ns: int) -> SignAhead:
     seen_ns = min(fact.frame_stamp_ns, now_ns)  # no frame is of a time that is yet to come
-    distance_m, seen_m = (known.distance_m, known.seen_m) if known is not None else (None, None)
+    # A passing is told with the last picture that showed the sign: where it passed is reckoned, not seen.
+    reckoned = known is not None and seen_ns <= known.seen_ns
+    distance_m, seen_m, missed_ns = (
+        (known.distance_m, known.seen_m, known.missed_ns) if known is not None else (None, None, 0)
+    )
     if (at_m := distance_ahead(fact.distance_m)) is not None:
-        distance_m = seen_m = at_m
+        distance_m, seen_m = at_m, seen_m if reckoned else at_m
     return SignAhead(
         track_id=fact.track_id,
         kind=fact.kind,
@@ -144,6 +148,7 @@ def _merge(known: SignAhead | None, fact: Fact, motion: Motion, now_ns: int) -> 
         distance_m=distance_m,
         seen_m=seen_m,
         seen_ns=seen_ns,
+        missed_ns=missed_ns if reckoned else 0,
         first_ns=known.first_ns if known is not None else seen_ns,
         candidates=tuple(each for each in fact.candidates[:5] if known_code(each.reading)),
         plates=tuple(filter(None, map(known_plate, fact.plates[:4]))),

@@ -186,7 +186,9 @@ class Drive:
             lanes=stamped(self.sight),
             conditions=stamped(self.weather),
             degradation=stamped(self.car),
-            facts=(stamped(Facts(facts=tuple(replace(f, frame_stamp_ns=self.now_ns) for f in facts))),)
+            facts=(
+                stamped(Facts(facts=tuple(replace(f, frame_stamp_ns=f.frame_stamp_ns or self.now_ns) for f in facts))),
+            )
             if facts
             else (),
         )

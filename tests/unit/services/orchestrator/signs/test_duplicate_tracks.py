@@ -81,6 +81,22 @@ def test_a_track_that_was_lost_from_afar_takes_the_plates_of_the_one_that_began_
     assert drive.target_mps == pytest.approx(130 * KMH)
 
 
+@pytest.mark.parametrize("apart_m", [-25.0, -12.0, 0.0])
+def test_a_track_keeps_the_plates_it_took_where_its_passing_is_reckoned(apart_m: float) -> None:
+    """The front end tells the passing with the last picture that showed the sign."""
+    drive = on_the_motorway()
+    drive.tick(seen(PLAIN, 105.0 + apart_m))
+    last_ns = drive.now_ns
+    drive.ticks(9)
+    for k in range(10, 35):
+        drive.tick(seen(PLATED, 105.0 - 3.0 * k, **LORRIES))
+        if k == int((105.0 + apart_m) / 3.0) - 1:
+            drive.tick(limit_sign("limit:80", track_id=PLAIN, frame_stamp_ns=last_ns, distance_m=-1.0))
+    drive.tick(limit_sign("limit:80", track_id=PLATED, passed=True, **LORRIES))
+    drive.ticks(30)
+    assert drive.target_mps == pytest.approx(130 * KMH)
+
+
 @pytest.mark.parametrize("apart_m", [-40.0, 40.0])
 @pytest.mark.parametrize("every", [1, 5])
 @pytest.mark.parametrize("phase", range(5))
