@@ -43,7 +43,7 @@ class Cell(msgspec.Struct, frozen=True, kw_only=True):
     """Runs with any command to brake."""
     warned_least_s: float | None
     demanded_mps2: float | None
-    """The weakest of the runs' hardest commands (m/s2)."""
+    """The hardest command (m/s2) of the run that braked least; of the run that braked most in a scene of false reactions."""
     verdict: str
     """`holds`, or what does not; empty where nothing is asked."""
     beside: dict[str, Beside] = {}
@@ -76,7 +76,7 @@ def cell_of(
         permitted_kmh=plan.speeds[speed_kmh],
         physics_kmh=round(fmean(each.physics_kmh for each in outcomes), 1) if outcomes else None,
         warned_least_s=round(min(warned), 2) if warned else None,
-        demanded_mps2=round(min(braked), 1) if braked else None,
+        demanded_mps2=round((max if plan.kind == "pass" else min)(braked), 1) if braked else None,
         verdict="",
     )  # fmt: skip
     return msgspec.structs.replace(cell, verdict=verdict(cell))

@@ -50,14 +50,14 @@ class Intervention(msgspec.Struct, frozen=True, kw_only=True):
     """Whether it has brought the car to standstill and holds it there."""
     braked: tuple[Braked, ...] = ()
     """What counts against the budget, oldest first."""
+    track_id: int | None = None
+    """The track of the road user that the car is braked for, as sighted last."""
+    sighted_ns: int = 0
+    """When that road user was last sighted without doubt."""
     stood_m: float | None = None
-    """The gap to the standing road user that the car is braked for, by the last sighting and the way driven since; None: it moves."""
-    stood_ns: int = 0
-    """When that road user was last sighted."""
-    across: int | None = None
-    """The track of the vehicle that drives across, where the car is braked for one."""
-    across_ns: tuple[int, int] = (0, 0)
-    """When that vehicle was last sighted, and when it has left the way at its speed then."""
+    """The gap to it by that sighting and the way driven since, where it stands; None: it moves."""
+    through_ns: int | None = None
+    """When it has left the way at its speed then, where it drives across."""
 
 
 class Sighting(msgspec.Struct, frozen=True, kw_only=True, array_like=True):

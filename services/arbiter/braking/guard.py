@@ -29,6 +29,8 @@ class Case(msgspec.Struct, frozen=True, kw_only=True):
     reading: Reading
     seen: tuple[bool, bool]
     """Whether request and own reading have any undoubted actor."""
+    actors: tuple[tuple[Track, ...], tuple[Track, ...]]
+    """All actors of the request and of the own reading."""
     asked: Numbers | None
     own: Numbers | None
     """The same actor in both: the pair of highest risk."""
@@ -60,8 +62,8 @@ def case(
     gives_way = told is not None and now_ns - told.stamp_ns <= GIVES_WAY_NS
     theirs, ours = (_undoubted(view, profile, gives_way=gives_way) for view in (asked, reading.view))
     unpaired = Case(
-        request=request, reading=reading, seen=(bool(theirs), bool(ours)), asked=None, own=None, watched=False,
-        gives_way=gives_way, c_min=state.adapted.c_min, profile=profile,
+        request=request, reading=reading, seen=(bool(theirs), bool(ours)), actors=(asked.actors, reading.view.actors),
+        asked=None, own=None, watched=False, gives_way=gives_way, c_min=state.adapted.c_min, profile=profile,
     )  # fmt: skip
     pairs = (
         msgspec.structs.replace(
@@ -184,6 +186,8 @@ RSS_ROWS = frozenset(
 )
 BEGINS = RSS_ROWS | {"a routed tool timed out", "the advice is less sure than c_min"}
 """Rows that bear on the beginning alone: they do not say that a danger under way is over."""
+DOUBTS = frozenset({"no undoubted actor in the request", "no undoubted actor in the arbiter's own reading"})
+"""Rows that doubt the road user, not how it is seen."""
 
 
 def lasting_objections(c: Case) -> tuple[str, ...]:

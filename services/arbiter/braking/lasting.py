@@ -3,10 +3,22 @@
 RSS and time to collision ease while the car brakes, because it does. What counts here is the gap that is left.
 """
 
+import math
+
 import msgspec
 
+from proto.perception import Track
 from services.arbiter.assessment.assess import Numbers
-from services.arbiter.braking.guard import Case, drives_across, in_way_s, is_read, lasting_objections
+from services.arbiter.braking.guard import (
+    DOUBTS,
+    Case,
+    drives_across,
+    in_way_s,
+    is_read,
+    lasting_objections,
+    may_still_halt,
+    undoubted,
+)
 from services.arbiter.profiles.profile import Profile
 from services.arbiter.state import Intervention
 
@@ -18,6 +30,8 @@ BLIND_NS = 1_500_000_000
 """So long braking to standstill goes on without a good sighting."""
 UNSEEN_ACROSS_NS = 2_500_000_000
 """So long braking for a vehicle that drives across goes on without one, and no longer than that vehicle takes to be through."""
+DOUBTED_NS = 500_000_000
+"""So long braking goes on for a road user that is surely there and whose range or speed leaps."""
 
 
 def stands(ego_mps: float | None) -> bool:
@@ -34,6 +48,7 @@ def lasts(case: Case, running: Intervention, run_ns: int, profile: Profile) -> b
         _closing(case) is not None
         or _is_before_bumper(case, running, ego_mps, run_ns, profile)
         or _comes_unseen(case, running, run_ns, profile)
+        or _leaps(case, running, run_ns, profile)
     )
 
 
@@ -44,19 +59,19 @@ def sighted(running: Intervention, before: Intervention, case: Case, run_ns: int
         return running
     if (own := _closing(case)) is not None:
         across = drives_across(own.track, profile, gives_way=case.gives_way)
-        stood_m = own.gap_m if is_standing(own, ego_mps, profile) and not across else None
         return msgspec.structs.replace(
             running,
-            stood_m=stood_m,
-            stood_ns=run_ns,
-            across=own.track.track_id if across else None,
-            across_ns=(run_ns, run_ns + round(in_way_s(own.track, profile)[1] * 1e9)) if across else (0, 0),
+            track_id=own.track.track_id,
+            sighted_ns=run_ns,
+            stood_m=own.gap_m if is_standing(own, ego_mps, profile) and not across else None,
+            through_ns=run_ns + round(in_way_s(own.track, profile)[1] * 1e9) if across else None,
         )
-    running = msgspec.structs.replace(running, across=before.across, across_ns=before.across_ns)
-    if before.stood_m is None or before.last_ns is None:
-        return running
-    driven_m = ego_mps * (run_ns - before.last_ns) / 1e9
-    return msgspec.structs.replace(running, stood_m=before.stood_m - driven_m, stood_ns=before.stood_ns)
+    left_m = before.stood_m
+    if left_m is not None and before.last_ns is not None:
+        left_m -= ego_mps * (run_ns - before.last_ns) / 1e9
+    return msgspec.structs.replace(
+        running, track_id=before.track_id, sighted_ns=before.sighted_ns, stood_m=left_m, through_ns=before.through_ns
+    )
 
 
 def is_standing(own: Numbers, ego_mps: float, profile: Profile) -> bool:
@@ -75,16 +90,28 @@ def _comes_unseen(case: Case, running: Intervention, run_ns: int, profile: Profi
 
     One that is still seen, or seen again for some pictures, is judged by what is seen. Pictures and ego have to be fresh here as well.
     """
-    if running.across is None:
+    if running.through_ns is None:
         return False
-    seen_ns, through_ns = running.across_ns
     seen = any(
-        track.track_id == running.across
+        track.track_id == running.track_id
         and track.unseen_s <= profile.act_unseen_s
         and (track.steady_s or 0.0) >= profile.act_track_age_s
         for track in (*case.reading.view.actors, *case.reading.neighbours)
     )
-    return not seen and run_ns < through_ns and run_ns - seen_ns <= UNSEEN_ACROSS_NS and is_read(case)
+    lately = run_ns < running.through_ns and run_ns - running.sighted_ns <= UNSEEN_ACROSS_NS
+    return not seen and lately and is_read(case)
+
+
+def _leaps(case: Case, running: Intervention, run_ns: int, profile: Profile) -> bool:
+    """Whether both views still see the road user in the way, surely enough to brake for, and only its measured motion is doubted."""
+
+    def is_there(track: Track) -> bool:
+        steady = msgspec.structs.replace(track, steady_s=math.inf, sigma_vx_mps=min(0.0, track.sigma_vx_mps))
+        closes = track.track_id == running.track_id and track.vx_mps < 0.0
+        return closes and not may_still_halt(track, profile) and undoubted(steady, profile, gives_way=case.gives_way)
+
+    lately = run_ns - running.sighted_ns <= DOUBTED_NS and DOUBTS.issuperset(lasting_objections(case))
+    return lately and all(any(map(is_there, actors)) for actors in case.actors)
 
 
 def _is_before_bumper(case: Case, running: Intervention, ego_mps: float, run_ns: int, profile: Profile) -> bool:
@@ -96,6 +123,6 @@ def _is_before_bumper(case: Case, running: Intervention, ego_mps: float, run_ns:
         running.stood_m is not None
         and -profile.d0_m < running.stood_m <= NEAR_M
         and ego_mps <= profile.crawl_mps
-        and run_ns - running.stood_ns <= BLIND_NS
+        and run_ns - running.sighted_ns <= BLIND_NS
         and is_read(case)
     )

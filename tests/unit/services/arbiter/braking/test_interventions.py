@@ -106,6 +106,65 @@ def test_what_the_words_of_an_intervention_leave_out_is_still_owed() -> None:
     assert moments[-1].state.memory.last(Kind.VEHICLE) is None
 
 
+def doubting(ticks: frozenset[int], **fields: object) -> Callable[[int, Asked], Asked]:
+    """In these ticks the car ahead is told with other fields, in both views."""
+
+    def change(tick: int, asked: Asked) -> Asked:
+        lead = asked.request.lead
+        if tick not in ticks or lead is None:
+            return asked
+        told = msgspec.structs.replace(lead, **fields)
+        view = msgspec.structs.replace(asked.inputs.reading.view, actors=(told,))
+        reading = msgspec.structs.replace(asked.inputs.reading, view=view)
+        request = msgspec.structs.replace(asked.request, lead=told)
+        return Asked(request, msgspec.structs.replace(asked.inputs, reading=reading))
+
+    return change
+
+
+LEAPS = st.fixed_dictionaries(
+    {"steady_s": st.just(0.0), "vx_mps": st.floats(-30.0, -0.1), "sigma_vx_mps": st.floats(0.0, 50.0)}
+)
+"""As tracks are told whose measured range or speed has leapt."""
+
+
+@SOME
+@given(speed_mps=st.floats(30 / 3.6, 60 / 3.6), after=st.integers(8, 40), count=st.integers(1, 4), leap=LEAPS)
+def test_a_measurement_that_leaps_does_not_end_braking_for_a_car_that_is_surely_there(
+    speed_mps: float, after: int, count: int, leap: dict[str, object]
+) -> None:
+    at = first(approach(speed_mps)) + after
+    moments = approach(speed_mps, change=doubting(frozenset(range(at, at + count)), **leap))
+    assert impact_mps(moments) == 0.0
+    assert all(braked(moments)[first(moments) :])
+
+
+@SOME
+@given(after=st.integers(1, 15), leap=LEAPS)
+def test_a_doubt_that_stays_ends_braking_within_a_second(after: int, leap: dict[str, object]) -> None:
+    at = first(approach(16.0)) + after
+    moments = approach(16.0, change=doubting(frozenset(range(at, 150)), **leap))
+    near = next((tick for tick, each in enumerate(moments) if each.gap_m < 8.0), 150)
+    assert not any(braked(moments)[at + 6 : near])
+
+
+@pytest.mark.parametrize(
+    "doubt",
+    [
+        {"confidence": 0.3},
+        {"clearance_m": 1.0},
+        {"vx_mps": 0.5},
+        {"unseen_s": 1.0},
+        {"sigma_vx_mps": -1.0},
+        {"oncoming": True},
+    ],
+)
+def test_braking_ends_at_once_for_a_car_that_is_no_longer_surely_in_the_way(doubt: dict[str, object]) -> None:
+    at = first(approach(16.0)) + 5
+    moments = approach(16.0, change=doubting(frozenset(range(at, at + 10)), steady_s=0.0, **doubt))
+    assert not any(braked(moments)[at : at + 10])
+
+
 def test_braking_ends_when_the_lead_is_no_slower() -> None:
     moments = drive(16.0, 40.0, lead_mps=6.0)
     on = braked(moments)
