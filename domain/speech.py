@@ -38,7 +38,7 @@ class Saying(NamedTuple):
 Row = tuple[Callable[[Saying], bool], bool, str]
 ROWS: tuple[Row, ...] = (
     (lambda s: bool(s.hazard) and s.fresh_hazard and not s.answered, True, "hazard"),
-    (lambda s: s.fused.first_notice, True, "first notice"),
+    (lambda s: s.fused.first_notice and not s.being_heard, True, "first notice"),
     (lambda s: bool(s.hazard) and s.answered, False, "the driver was told and brakes enough"),
     (lambda s: bool(s.hazard), False, "the hazard was just told"),
     (lambda s: s.fused.muted, False, "muted by the driver"),
@@ -49,7 +49,8 @@ ROWS: tuple[Row, ...] = (
     (lambda s: s.messages < s.needed_messages, False, "attention budget spent"),
     (lambda s: True, True, "new advice"),
 )
-"""The first row that holds decides. Hazards and first notices stand before mute, confidence and budget."""
+"""The first row that holds decides. Hazards and first notices stand before mute, confidence and budget. A first notice stays owed
+while a message as grave is being heard."""
 
 
 def due(saying: Saying) -> tuple[bool, str]:

@@ -199,10 +199,9 @@ def test_who_was_in_the_path_at_the_word_was_told_of_with_the_others(age_s: floa
     assert later(asked, state, 5.0).kind == "SILENT"
 
 
-def test_advice_waits_for_the_end_of_the_last_message_and_first_notices_do_not() -> None:
+def test_advice_waits_for_the_end_of_the_last_message() -> None:
     state = decide(request(), mirror(request()), CALIBRATED).state
     assert "still being heard" in later(request(), state, 1.0).reason
-    assert later(request(fused=fused(first_notice=True)), state, 1.0).kind == "SPEAK"
     assert later(request(), state, 2.0).kind == "SPEAK"
 
 
@@ -211,14 +210,16 @@ WORDS = st.tuples(
 )
 
 
-@given(WORDS, WORDS, st.floats(0.0, 1.9))
-def test_a_warning_cuts_a_calmer_message_short_and_all_else_waits(
-    last: tuple[str, Urgency], now: tuple[str, Urgency], seconds: float
+@given(WORDS, WORDS, st.floats(0.0, 1.9), st.booleans())
+def test_a_warning_cuts_a_calmer_message_short_and_all_else_waits_first_notices_too(
+    last: tuple[str, Urgency], now: tuple[str, Urgency], seconds: float, first_notice: bool
 ) -> None:
     said = fused(topic=last[0], urgency=last[1])
     state = decide(request(fused=said), mirror(request()), CALIBRATED).state
-    spoken = later(request(fused=fused(topic=now[0], urgency=now[1])), state, seconds).kind == "SPEAK"
+    asked = request(fused=fused(topic=now[0], urgency=now[1], first_notice=first_notice))
+    spoken = later(asked, state, seconds).kind == "SPEAK"
     assert spoken is (now[1] in ("warning", "alarm") and GRAVITY.index(now[1]) > GRAVITY.index(last[1]))
+    assert not first_notice or later(asked, state, CALIBRATED.speech_gap_s).reason == "first notice"
 
 
 def test_the_budget_refills_with_time_up_to_its_measure_and_by_no_clock_that_goes_back() -> None:
