@@ -24,6 +24,13 @@ NO_LIGHT = ("off", "amber_flashing")
 """Lights that leave signs and rules in force; what they demand themselves is added."""
 UNKNOWN_LIGHT = {"red_amber": "red", "flashing_red": "red", "amber_flashing": "off", "green_arrow": "green"}
 """What a light is taken for by a law that does not name it."""
+WIDER = {
+    "turning_left": "turning", "turning_cyclists": "turning", "junction_pedestrians": "turning",
+    "sign:level_crossing_gates": "sign:level_crossing",
+}  # fmt: skip
+"""The wider trigger that a law may state in the place of one that it does not."""
+UNSTATED = 0.5
+"""Factor where the law here does not state what was asked."""
 CROSSINGS = frozenset({"crossing", "marking:zebra", "yield_to_pedestrians"})
 """Signs that demand something only where a person crosses."""
 REPLACED_BY_LIGHTS = CROSSINGS | {
@@ -90,33 +97,52 @@ def demands(pack: Pack, question: RightOfWayQuestion) -> tuple[Found, ...]:
         governing = signed or _first(table, _unsigned(question)) or lasting
         governing = tuple(sorted(governing + light, key=lambda found: careful_rank(found.action)))
     crossing = _first(table, ("crossing",)) if _someone_crosses(question) else ()
-    return governing + crossing + tuple(table[name] for name in question.circumstances if name in table)
+    met = (_first(table, (name, WIDER.get(name, name))) for name in question.circumstances)
+    return governing + crossing + tuple(found for each in met for found in each)
+
+
+def _unstated(book: RuleBook, pack: Pack, question: RightOfWayQuestion) -> tuple[Found, ...]:
+    """What the most careful of all laws demand where this one does not know a sign, or states nothing of what the ego does or meets."""
+    here = _table(pack)
+    missing = [name for name in question.circumstances if not _first(here, (name, WIDER.get(name, name)))]
+    readings = [parse_reading(text) for text in question.signs]
+    unknown = [each for each in readings if _by_sign(pack, here, each) is None and find_sign(pack, each) is None]
+    elsewhere = [(each, _table(each)) for each in book.for_jurisdiction(None)]
+    found = [demand for _, table in elsewhere for name in missing for demand in _first(table, (name,))]
+    found += [
+        demand for each, table in elsewhere for read in unknown if (demand := _by_sign(each, table, read)) is not None
+    ]
+    careful = Found(trigger="", action="proceed_with_care", provision="")
+    worst = min(found, key=lambda each: careful_rank(each.action), default=careful)
+    return (msgspec.structs.replace(worst, provision="", code=""),) if missing or unknown else ()
 
 
 def _answer(book: RuleBook, pack: Pack, question: RightOfWayQuestion) -> RulesAnswer:
-    found = demands(pack, question)
+    stated, unstated = demands(pack, question), _unstated(book, pack, question)
+    found = stated + unstated
     differ = _contradict(found)
     weak = book.weaknesses(pack)
     actions: tuple[LegalAction, ...] = tuple(f.action for f in found) or ("proceed_with_care",)
     action = min(actions, key=careful_rank)
     # Nothing demands anything, for nobody comes: the rule that would otherwise hold is named.
-    cited = found or _first(_table(pack), ("unsigned",))
+    cited = stated or _first(_table(pack), ("unsigned",))
     citations = cite_ids(pack, (f.provision for f in cited), question.language)
     unknown = question.pedestrians_on_crossing is None or (
         question.traffic_from_priority_side is None and any(f.trigger == "unsigned" for f in found)
     )
-    by_law = not found or any(citation.kind != "guidance" for citation in citations)
+    by_law = not stated or any(citation.kind != "guidance" for citation in citations)
     confidence = (BASE if by_law else GUIDANCE) * (PRESUMED if unknown else 1.0) * (STALE if weak else 1.0)
-    confidence *= CONFLICT if differ else 1.0
+    confidence *= (CONFLICT if differ else 1.0) * (UNSTATED if unstated or not found else 1.0)
     notes = [citation.excerpt for citation in citations[:2]]
+    said = [say(name, question.language) for name, so in (("signs_differ", differ), ("unstated", bool(unstated))) if so]
     return RulesAnswer(
         legal_action=_softened(action, question),
         limit=None,
         citations=citations,
-        confidence=confidence if found else confidence * 0.5,
+        confidence=confidence,
         rulepack_version=pack.version,
-        note=" ".join([say("signs_differ", question.language), *notes] if differ else notes),
-        basis="lookup" if found else "unknown",
+        note=" ".join([*said, *notes]),
+        basis="lookup" if stated else "unknown",
         degraded=("stale_rulepack",) if weak else (),
     )
 
@@ -159,7 +185,7 @@ def _lights(question: RightOfWayQuestion) -> tuple[str, ...]:
 
 def _by_sign(pack: Pack, table: dict[str, Found], reading: Reading) -> Found | None:
     for name in reading.names:
-        for trigger in (f"sign:{name}", name):
+        for trigger in (f"sign:{name}", name, WIDER.get(f"sign:{name}", "")):
             if trigger in table:
                 return msgspec.structs.replace(table[trigger], code=name)
     sign = find_sign(pack, reading)

@@ -18,6 +18,8 @@ _NUMBERED = re.compile(r"([A-Z]+)-?[0-9]{1,4}[A-Z]?")
 FLAGS = ("wet", "snow", "lit", "divided", "snow_chains", "novice", "electric", "plate_100")
 """Facts that are so or not, under one name in a condition and in a situation."""
 MASSES = ("mass", "trailer", "combination")
+LIGHT_T, MEDIUM_T = 3.5, 7.5
+"""Up to which permissible mass a vehicle or a trailer is light, and a lorry is one of the lighter class."""
 
 
 def holds(when: When, situation: Situation) -> Holds:
@@ -58,9 +60,20 @@ def _fact(situation: Situation, name: str) -> bool | None:
 
 
 def _class(allowed: tuple[str, ...], situation: Situation) -> Holds:
-    """A car on chains is a car."""
+    """A car on chains is a car. One that is heavier than its class may be may be of the heavier class."""
     known = "car" if situation.vehicle_class == "car_snow_chains" else situation.vehicle_class
-    return _member(allowed, known)
+    found = {_member(allowed, each) for each in (known, _heavier(known, situation))}
+    return found.pop() if len(found) == 1 else "maybe"
+
+
+def _heavier(known: str | None, situation: Situation) -> str | None:
+    """The class by the masses that are told, where the class that is told is a lighter one: a motorhome of 5 t as a car."""
+    mass_t, trailer_t = (usable(each) or 0.0 for each in (situation.mass_t, situation.trailer_t))
+    if known in ("car", "van", "lorry_light") and mass_t > LIGHT_T:
+        return "lorry" if mass_t > MEDIUM_T else "lorry_light"
+    if known in ("car_trailer", "van_trailer") and max(mass_t, trailer_t) > LIGHT_T:
+        return "lorry_trailer"
+    return known
 
 
 def _plain(road: str | None) -> str:

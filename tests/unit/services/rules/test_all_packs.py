@@ -132,6 +132,28 @@ def test_every_number_was_posted_or_stands_in_the_law(situation: Situation) -> N
         assert limit.mps == to_mps(limit.value, limit.unit)
 
 
+@pytest.mark.parametrize(
+    ("told", "masses", "heavier"),
+    [
+        ("car", {"mass_t": 5.0}, "lorry_light"),
+        ("van", {"mass_t": 5.0}, "lorry_light"),
+        ("car", {"mass_t": 9.0}, "lorry"),
+        ("lorry_light", {"mass_t": 9.0}, "lorry"),
+        ("car_trailer", {"trailer_t": 4.0}, "lorry_trailer"),
+    ],
+)
+@pytest.mark.parametrize("country", COUNTRIES)
+@pytest.mark.parametrize("road", ["rural", "dual_carriageway", "motorway"])
+def test_a_class_that_the_masses_contradict_gets_no_limit_above_the_heavier_ones(
+    country: str, road: str, told: VehicleClass, masses: dict[str, float], heavier: VehicleClass
+) -> None:
+    here = msgspec.structs.replace(PLAIN, jurisdiction=country, road_type=road, **masses)
+    found, least = (
+        applicable_limit(BOOK, msgspec.structs.replace(here, vehicle_class=each)).limit for each in (told, heavier)
+    )
+    assert least is None or (found is not None and to_mps(found.value, found.unit) <= to_mps(least.value, least.unit))
+
+
 @pytest.mark.parametrize("name", sorted(BOOK.packs))
 def test_what_is_posted_comes_back_unchanged(name: str) -> None:
     manifest = BOOK.packs[name].manifest

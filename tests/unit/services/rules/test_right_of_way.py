@@ -130,6 +130,36 @@ def test_no_law_lets_a_driver_go_at_red_or_amber(light: Any, pack: Pack) -> None
     assert found.legal_action == ("proceed_with_care" if warns else "stop")
 
 
+@pytest.mark.parametrize("pack", SHIPPED.packs.values(), ids=SHIPPED.packs)
+@pytest.mark.parametrize("light", [None, "green"])
+@pytest.mark.parametrize("met", get_args(Circumstance))
+def test_every_law_asks_for_care_in_whatever_is_met(pack: Pack, light: Any, met: Circumstance) -> None:
+    """Drivers that turn, merge or pull out give way in all our countries; they pass a school bus with care at the least."""
+    found = on_a_clear_road(pack, circumstances=(met,), light=light)
+    least = "proceed_with_care" if met == "school_bus:red" else "yield"
+    assert careful_rank(found.legal_action) <= careful_rank(least)
+
+
+@pytest.mark.parametrize("pack", SHIPPED.packs.values(), ids=SHIPPED.packs)
+def test_what_a_law_does_not_state_is_told_and_answered_by_the_most_careful_of_all(pack: Pack) -> None:
+    for sign, least in (("police_stop", "stop"), ("zzz", "proceed_with_care")):
+        found = on_a_clear_road(pack, signs=(sign,), light="green")
+        assert careful_rank(found.legal_action) <= careful_rank(least)
+        assert found.confidence < 0.5 or sign in pack.signs
+        assert "most careful of all laws" in found.note or sign in pack.signs
+
+
+@pytest.mark.parametrize("pack", SHIPPED.packs.values(), ids=SHIPPED.packs)
+def test_trains_go_first_where_gates_are_announced(pack: Pack) -> None:
+    assert careful_rank(on_a_clear_road(pack, signs=("level_crossing_gates",)).legal_action) <= careful_rank("yield")
+
+
+@pytest.mark.parametrize("pack", SHIPPED.packs.values(), ids=SHIPPED.packs)
+def test_flashing_amber_on_a_priority_road_asks_for_no_stop(pack: Pack) -> None:
+    found = on_a_clear_road(pack, light="amber_flashing", signs=("priority_road",))
+    assert found.legal_action in ("proceed", "proceed_with_care", "yield")
+
+
 def test_a_flashing_amber_light_leaves_the_signs_in_force() -> None:
     for sign, action in (("stop", "stop"), ("yield", "yield")):
         for country in ("DEU", "GBR", "FRA"):
