@@ -39,12 +39,16 @@ class RuleBook(msgspec.Struct, frozen=True, kw_only=True):
     """ISO date; empty: packs are not checked against their dates."""
 
     def for_jurisdiction(self, jurisdiction: str | None) -> tuple[Pack, ...]:
-        """The packs that answer: those of the place, its country and its parts. All, if it is unknown.
+        """The packs that answer: those of the place, its country and its parts; for a part without one all of its country. All, if it
+        is unknown.
 
         One that another extends is left out where the other surely applies: not where a part's law may not be the one here.
         A base comes before the packs of the parts that stand on it.
         """
         fitting = [pack for pack in self.packs.values() if _may_apply(pack, jurisdiction)]
+        if not fitting and jurisdiction is not None:
+            country = jurisdiction.partition("-")[0]
+            fitting = [pack for pack in self.packs.values() if _may_apply(pack, country)]
         replaced = {name for pack in fitting for name in pack.family[1:] if self._replaces(pack, name, jurisdiction)}
         left = (pack for pack in fitting if pack.manifest.id not in replaced)
         return tuple(sorted(left, key=lambda pack: not pack.manifest.base))

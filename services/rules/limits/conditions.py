@@ -11,8 +11,8 @@ from services.rules.signs.sign_codes import hours_of, parse_reading, within_hour
 
 Holds = Literal["yes", "maybe", "no"]
 HOURS_OF_DAY = 24.0
-_NUMBERED = re.compile(r"([A-Z]+)-?[0-9]{1,4}[A-Z]?")
-"""A road's number, as `US 290`, `I-10` and `SR 99N` are written without spaces."""
+_NUMBER = re.compile(r"\b([A-Z]{1,3})[ -]?([0-9]{1,4}[A-Z]?)\b")
+"""A road's number, as in `US 290`, `I-10`, `SR 99N` and `A 10;E 55`."""
 
 
 FLAGS = ("wet", "snow", "lit", "divided", "snow_chains", "novice", "electric", "plate_100")
@@ -35,7 +35,7 @@ def unknown_facts(when: When, situation: Situation) -> tuple[str, ...]:
 
 def _judged(when: When, situation: Situation) -> Iterator[tuple[str, Holds]]:
     yield "road", _road(when, situation)
-    yield "road_name", _member(tuple(_plain(road) for road in when.roads), _plain(situation.road_name) or None)
+    yield "road_name", _on_roads(when.roads, situation.road_name)
     yield "road_name", _off_roads(when.not_roads, situation.road_name)
     yield "vehicle", _class(when.vehicle_classes, situation)
     for name in FLAGS:
@@ -76,18 +76,29 @@ def _heavier(known: str | None, situation: Situation) -> str | None:
     return known
 
 
-def _plain(road: str | None) -> str:
-    return "".join((road or "").split()).upper()
+def _numbers(road: str | None) -> set[tuple[str, str]]:
+    """The numbers in a road's name, each as the letters before it and the rest."""
+    return {(each[1], each[2]) for each in _NUMBER.finditer((road or "").upper())}
+
+
+def _on_roads(roads: tuple[str, ...], road: str | None) -> Holds:
+    """Whether it is one of these roads; a name without a number of their kind may be one of them."""
+    if not roads:
+        return "yes"
+    listed, known = {each for name in roads for each in _numbers(name)}, _numbers(road)
+    if listed & known:
+        return "yes"
+    return "no" if {letters for letters, _ in listed} & {letters for letters, _ in known} else "maybe"
 
 
 def _off_roads(letters: tuple[str, ...], road: str | None) -> Holds:
     """No road with one of these letters before its number; one without a number may be renamed where it has one."""
     if not letters:
         return "yes"
-    known = _NUMBERED.fullmatch(_plain(road))
-    if known is None:
+    known = {each for each, _ in _numbers(road)}
+    if not known:
         return "maybe"
-    return "no" if known[1] in letters else "yes"
+    return "no" if known.intersection(letters) else "yes"
 
 
 def usable(number: float | None) -> float | None:

@@ -79,7 +79,8 @@ def applicable_limit(book: RuleBook, situation: Situation) -> RulesAnswer:
     chosen = min(answers, key=_strictness)[1]
     if known.jurisdiction is not None:
         chosen = msgspec.structs.replace(chosen, place=book.name_of(known.jurisdiction[:3], known.language))
-    if known.road_type is None or known.jurisdiction is None or foreign:
+    part_without = "-" in (known.jurisdiction or "") and not book.covers(known.jurisdiction)
+    if known.road_type is None or known.jurisdiction is None or foreign or part_without:
         chosen = assuming(chosen, posted=bool(known.posted))
     if known.jurisdiction is None or foreign:
         return _doubted(book, chosen, answers, known, foreign)
@@ -145,8 +146,11 @@ def _part_unknown(
     book: RuleBook, chosen: RulesAnswer, answers: list[tuple[Pack, RulesAnswer]], situation: Situation
 ) -> RulesAnswer:
     language = situation.language
-    why = say("part_unknown", language, packs=named_packs(book, [pack for pack, _ in answers], language))
-    raised = [part(book, pack.manifest.jurisdiction, language) for pack, answer in answers if _above(answer, chosen)]
+    named = "-" in (situation.jurisdiction or "")
+    packs = named_packs(book, [pack for pack, _ in answers], language)
+    why = say("part_without" if named else "part_unknown", language, packs=packs)
+    higher = [pack for pack, answer in answers if not named and _above(answer, chosen)]
+    raised = [part(book, pack.manifest.jurisdiction, language) for pack in higher]
     raises = say("part_raises", language, parts=", ".join(raised)) if raised else ""
     return msgspec.structs.replace(
         chosen,

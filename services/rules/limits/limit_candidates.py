@@ -12,7 +12,7 @@ from proto.scene import Unit
 from services.rules.limits.conditions import Holds, holds, plate_holds, unknown_facts
 from services.rules.packs.format import Advisory, Kind, Limit, Provision, Sign, When
 from services.rules.packs.loading import Pack
-from services.rules.signs.sign_codes import CANDIDATE_FLOOR, Reading, parse_reading
+from services.rules.signs.sign_codes import CANDIDATE_FLOOR, Reading, hours_of, parse_reading
 
 Basis = Literal["posted", "gantry", "temporary", "zone", "conditional", "default", "cap", "advisory", "uncertain"]
 TRUST = 0.5
@@ -249,14 +249,19 @@ def _plates(pack: Pack, situation: Situation, limit: PostedLimit) -> tuple[Holds
     held: list[Holds] = []
     presumed: list[str] = []
     for text in texts:
-        sign = pack.signs.get(parse_reading(text).code) or pack.signs.get(f"plate:{text}")
+        code = "plate:time" if hours_of(text) else parse_reading(text).code
+        sign = pack.signs.get(code) or pack.signs.get(f"plate:{text}")
         plate = sign.plate if sign else None
         if plate is not None and plate.type == "end":
             return "yes", (), _confidence(limit.confidence) >= TRUST
         held.append(plate_holds(plate, text, situation))
-        if held[-1] == "maybe" and plate is not None and plate.type in ("wet", "vehicle", "hours"):
-            presumed.append({"wet": "wet", "vehicle": "vehicle", "hours": "time"}[plate.type])
+        if held[-1] == "maybe" and not _only_warns(pack, limit):
+            presumed.append(_FACT_OF_PLATE.get(plate.type if plate else "", "plate_below"))
     return ("no" if "no" in held else "maybe" if "maybe" in held else "yes"), tuple(presumed), False
+
+
+_FACT_OF_PLATE = {"wet": "wet", "vehicle": "vehicle", "hours": "time"}
+"""The fact on which a plate's word hangs; of others the plate itself is what is unknown."""
 
 
 def _ends_beside(situation: Situation, limit: PostedLimit) -> tuple[Reading, ...]:

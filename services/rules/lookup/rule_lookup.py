@@ -10,7 +10,8 @@ import msgspec
 from proto.rules import Citation, LegalAction, Passage, Retrieved, RulesAnswer
 from services.rules.book import STALE, UNKNOWN_COUNTRY, UNKNOWN_PART, RuleBook, normal_jurisdiction
 from services.rules.citing import cite, cite_sign
-from services.rules.lookup.told_limit import told_limit
+from services.rules.lookup.asked_facts import asked_light
+from services.rules.lookup.told_limit import governing, told_limit
 from services.rules.packs.format import Duty, Effect, Limit, Prohibition, RightOfWay
 from services.rules.packs.loading import Pack
 from services.rules.signs.meaning import careful_rank
@@ -63,11 +64,12 @@ def lookup_rule(
     degraded = (() if passages is not None else ("retrieval",)) + (() if book.covers(here) else ("jurisdiction",))
     if not hits:
         return _nothing(packs, language, degraded)
+    found, hits = hits[0], _governed(hits, query, here, language)
     near = [hit for hit in hits if hit.score >= NEAR * hits[0].score]
     stale = any(book.weaknesses(hit.pack) for hit in near)
-    action = _demand(near)
+    action = _demand(near, asked_light(query))
     speed, depends = told_limit(hits[0].pack, hits[0].effects, query, here, language)
-    sure = sureness(retrieved, hits[0]) if passages is not None else WORDS_IN_COMMON * hits[0].score
+    sure = sureness(retrieved, found) if passages is not None else WORDS_IN_COMMON * found.score
     confidence = sure * _place_known(book, here) * (STALE if stale else 1.0)
     shown = tuple(hit.citation for hit in hits[:limit])
     notes = [shown[0].excerpt, depends, say("no_retrieval", language) if passages is None else ""]
@@ -81,6 +83,16 @@ def lookup_rule(
         basis="lookup",
         degraded=degraded + (("stale_rulepack",) if stale else ()),
     )
+
+
+def _governed(hits: list[Hit], query: str, here: str | None, language: str) -> list[Hit]:
+    """The texts, before them the one that sets the limit for the road or the part that is asked about, where the best is of another."""
+    first = hits[0]
+    name = governing(first.pack, first.effects, query, here)
+    if not name or name == first.citation.provision:
+        return hits
+    others = [hit for hit in hits if hit.citation.provision != name]
+    return [_known(first.pack, name, first.score, language), *others]
 
 
 def _place_known(book: RuleBook, here: str | None) -> float:
@@ -123,13 +135,28 @@ def _nothing(packs: tuple[Pack, ...], language: str, degraded: tuple[str, ...]) 
     )
 
 
-def _demand(near: list[Hit]) -> LegalAction:
-    """Of the nearest texts those of the highest kind that demand anything; among them the most careful."""
+def _demand(near: list[Hit], light: str | None) -> LegalAction:
+    """Of the nearest texts those of the highest kind that demand anything; among them the most careful.
+
+    `light`: which is asked about. What the law says of that one counts, whichever light the nearest texts are about.
+    """
+    lit = [
+        effect.action
+        for provision in near[0].pack.provisions.values()
+        for effect in provision.effects
+        if isinstance(effect, RightOfWay) and effect.trigger == f"light:{light}"
+    ]
+    if lit and (light == "red" or any(_is_of_light(effect) for hit in near for effect in hit.effects)):
+        return min(lit, key=careful_rank)
     for kind in near[0].pack.manifest.precedence:
         demanding = [action for hit in near if hit.citation.kind == kind for action in _actions(hit)]
         if demanding:
             return min(demanding, key=careful_rank)
     return "none"
+
+
+def _is_of_light(effect: Effect) -> bool:
+    return isinstance(effect, RightOfWay) and effect.trigger.startswith("light:")
 
 
 def _actions(hit: Hit) -> tuple[LegalAction, ...]:

@@ -10,7 +10,7 @@ from domain.units import legal_limit
 from proto.rules import LegalLimit, Situation
 from services.rules.limits.conditions import unknown_facts
 from services.rules.limits.precedence import decide
-from services.rules.lookup.asked_facts import asked_facts
+from services.rules.lookup.asked_facts import asked_facts, asks_minimum, excluded_roads, names_another_vehicle
 from services.rules.packs.format import Advisory, Effect, Limit, RoadType, When
 from services.rules.packs.loading import Pack
 from services.rules.words import say
@@ -31,17 +31,20 @@ def told_limit(
 ) -> tuple[LegalLimit | None, str]:
     """The limit, and on what it hangs in words. Never one above what the law sets for the case that the question states."""
     limits = [effect for effect in effects if isinstance(effect, Limit | Advisory)]
-    if not limits:
+    if not limits or asks_minimum(query):
         return None, ""
     asked = asked_facts(query)
-    here = jurisdiction if jurisdiction and jurisdiction.startswith(pack.manifest.jurisdiction) else None
-    situation = Situation(jurisdiction=here or pack.manifest.jurisdiction, **{**_FAIR, **asked})
+    if names_another_vehicle(query) and "vehicle_class" not in asked:
+        return None, _depends({"vehicle"}, language)
+    situation = _stated(pack, asked, jurisdiction)
     fitting = [each for each in limits if _speaks_of(each.when, situation)]
     if "vehicle_class" not in asked and not fitting:  # a provision about one class of vehicle answers for that class
         fitting = [
             each for each in limits if _speaks_of(msgspec.structs.replace(each.when, vehicle_classes=()), situation)
         ]
     words = _depends({name for each in limits for name in unknown_facts(each.when, _NOT_SAID)}, language)
+    others = excluded_roads(query)
+    fitting = [each for each in fitting if others.isdisjoint(each.when.road_types)]
     values = {(each.value, each.unit, isinstance(each, Advisory)) for each in fitting}
     if len(values) != 1:
         return None, words
@@ -53,23 +56,52 @@ def told_limit(
     return told, words if any(each.when.vehicle_classes for each in fitting) else ""
 
 
+def governing(pack: Pack, effects: tuple[Effect, ...], query: str, jurisdiction: str | None) -> str:
+    """The provision that sets the limit on the road, or in the part of the country, that is asked about; empty: the one found may."""
+    limits = [effect.when for effect in effects if isinstance(effect, Limit | Advisory)]
+    asked = asked_facts(query)
+    road, part = asked.get("road_type"), jurisdiction if jurisdiction and "-" in jurisdiction else None
+    elsewhere = [when.subdivision is not None and when.subdivision != part for when in limits]
+    other_road = [bool(when.road_types) and road not in when.road_types for when in limits]
+    if road is None or not limits or asks_minimum(query) or names_another_vehicle(query):
+        return ""
+    found = decide(pack, _stated(pack, asked, jurisdiction)).candidate
+    if found is None or not found.provisions:
+        return ""
+    of_part = any(
+        effect.when.subdivision == part for each, effect in pack.limits if part and each.id in found.provisions
+    )
+    return found.provisions[0] if all(other_road) or all(elsewhere) or of_part else ""
+
+
+def _stated(pack: Pack, asked: dict[str, Any], jurisdiction: str | None) -> Situation:
+    here = jurisdiction if jurisdiction and jurisdiction.startswith(pack.manifest.jurisdiction) else None
+    return Situation(jurisdiction=here or pack.manifest.jurisdiction, **{**_FAIR, **asked})
+
+
 def _depends(facts: Set[str], language: str) -> str:
     named = ", ".join(say(name, language) for name in sorted(facts))
     return say("limit_depends", language, facts=named) if facts else ""
 
 
 def _speaks_of(when: When, situation: Situation) -> bool:
-    """Whether nothing but the kind of road is a condition of it, or the vehicle's class, and that is the asked one."""
-    plain = When(road_types=when.road_types, vehicle_classes=when.vehicle_classes, announced=when.announced)
-    klass = situation.vehicle_class
-    return when == plain and (not when.vehicle_classes or klass in when.vehicle_classes)
+    """Whether nothing but the kind of road is a condition of it, the vehicle's class, or the part of the country, and these are the
+    asked ones."""
+    here = when.subdivision if when.subdivision == situation.jurisdiction else None
+    plain = When(
+        road_types=when.road_types, vehicle_classes=when.vehicle_classes, announced=when.announced, subdivision=here
+    )
+    klass, road = situation.vehicle_class, situation.road_type
+    of_road = road is None or not when.road_types or road in when.road_types
+    return when == plain and of_road and (not when.vehicle_classes or klass in when.vehicle_classes)
 
 
 def _lower(pack: Pack, told: LegalLimit, when: When, situation: Situation) -> str:
     """The name of a fact by which the law may set less than was found; empty: it sets no less."""
     asked = situation.vehicle_class
     classes = (asked,) if not when.vehicle_classes or asked in when.vehicle_classes else when.vehicle_classes
-    for road, klass in product(when.road_types or get_args(RoadType), classes):
+    roads = (situation.road_type,) if situation.road_type is not None else when.road_types or get_args(RoadType)
+    for road, klass in product(roads, classes):
         found = decide(pack, msgspec.structs.replace(situation, road_type=road, vehicle_class=klass)).candidate
         if found is not None and found.mps < told.mps - 0.01:
             return found.presumed[0] if found.presumed else _FACT_OF.get(found.why, found.why)

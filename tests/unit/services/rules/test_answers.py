@@ -113,6 +113,20 @@ def test_limits_overlap_and_end_one_by_one(posted: tuple[PostedLimit, ...], end:
     assert value(answer) == left
 
 
+@pytest.mark.parametrize("plate", ["plate:nonsense", "plate:trailer", "plate:distance:200 m"])
+def test_a_plate_that_says_nothing_known_is_told_to_be_unknown(plate: str) -> None:
+    answer = ask(shows(60, plates=(plate,)), jurisdiction="DEU", road_type="rural")
+    assert value(answer) == 60
+    assert "plate below the sign" in answer.note
+    assert answer.confidence < 0.9
+
+
+@pytest.mark.parametrize(("hour", "limit"), [(23.0, 60), (12.0, 100)])
+def test_hours_are_read_from_a_plate_as_it_is_written(hour: float, limit: float) -> None:
+    answer = ask(shows(60, plates=("22-06 h",)), jurisdiction="DEU", road_type="rural", time_of_day_h=hour)
+    assert value(answer) == limit
+
+
 def test_a_plate_that_only_warns_of_rain_makes_no_limit_conditional() -> None:
     plate = shows(40, unit="mph", plates=("plate:when_wet:en",))
     for sign in (plate, shows(40, "when_wet", "mph")):

@@ -17,7 +17,7 @@ from services.rules.service import SERVICE, RulesConfig
 from services.rules.signs.meaning import SignQuestion, careful_rank, interpret_sign
 
 BOOK, REFUSED = load_book([folder_of(name) for name in RulesConfig().packs])
-NOWHERE = [None, "PRT", "USA-NV"]
+NOWHERE = [None, "PRT"]
 DEADLINE_S = 0.040
 ROADS = ("urban", "rural", "motorway", "dual_carriageway", "expressway", "living_street", None)
 
@@ -122,8 +122,15 @@ def test_a_state_without_a_pack_is_not_answered_with_anothers_law_alone() -> Non
         for place in ("USA-CA", "USA", "USA-NV")
     }
     assert answers["USA"].limit == answers["USA-CA"].limit
-    assert answers["USA-CA"].confidence > answers["USA"].confidence > answers["USA-NV"].confidence
-    assert "VIENNA-v1" in packs_of(answers["USA-NV"].citations)
+    assert answers["USA-CA"].confidence > answers["USA"].confidence >= answers["USA-NV"].confidence
+    there, here = answers["USA"].limit, answers["USA-NV"].limit
+    assert there is not None
+    assert here == msgspec.structs.replace(there, assumed=True)
+    assert "No rulepack for this part" in answers["USA-NV"].note
+    sign = PostedLimit(reading="limit:35", value=35, unit="mph", scope="permanent", confidence=0.99)
+    signed = applicable_limit(BOOK, msgspec.structs.replace(town, jurisdiction="USA-NV", posted=(sign,))).limit
+    assert signed is not None
+    assert (signed.value, signed.unit) == (35, "mph")
     junction = RightOfWayQuestion(jurisdiction="USA", light="red", pedestrians_on_crossing=False)
     assert right_of_way(BOOK, junction).degraded == ("jurisdiction",)
 
@@ -158,7 +165,7 @@ def test_without_a_fallback_pack_all_others_still_count() -> None:
     assert interpret_sign(book, SignQuestion(reading="stop")).legal_action == "stop"
 
 
-@pytest.mark.parametrize("here", ["DEU", "GBR", *NOWHERE])
+@pytest.mark.parametrize("here", ["DEU", "GBR", "USA-NV", *NOWHERE])
 @pytest.mark.parametrize("road", ROADS)
 @pytest.mark.parametrize("posted", [False, True])
 def test_a_roads_own_limit_is_assumed_where_road_or_country_is_unknown_and_a_posted_one_never(

@@ -11,8 +11,8 @@ from drivemcp.paths import data
 from proto.rules import Situation
 from services.rules.book import load_book
 from services.rules.limits.precedence import decide
-from services.rules.lookup.asked_facts import asked_facts
-from services.rules.lookup.told_limit import told_limit
+from services.rules.lookup.asked_facts import asked_facts, asked_light, excluded_roads
+from services.rules.lookup.told_limit import governing, told_limit
 from services.rules.packs.format import Limit
 from services.rules.service import RulesConfig
 
@@ -98,10 +98,82 @@ def test_a_fresh_way_to_ask_is_told_no_limit_above_the_law(pack: str, provision:
         ("bus lane", {"vehicle_class": "bus"}),
         ("How fast may I drive?", {}),
         ("advantage of a vanilla coaching transition", {}),
+        ("Wie schnell außerhalb geschlossener Ortschaften?", {"road_type": "rural"}),
+        ("Tempo innerhalb geschlossener Ortschaften", {"road_type": "urban"}),
+        ("hors agglomération sous la pluie", {"road_type": "rural", "wet": True}),
+        ("en agglomération", {"road_type": "urban"}),
+        ("fuori dei centri abitati", {"road_type": "rural"}),
+        ("buiten de bebouwde kom", {"road_type": "rural"}),
+        ("poza obszarem zabudowanym", {"road_type": "rural"}),
+        ("fuera de poblado", {"road_type": "rural"}),
+        ("outside a built-up area", {"road_type": "rural"}),
+        ("inside and outside of town: in a town?", {}),
+        ("lorry on the motorway", {"vehicle_class": "lorry", "road_type": "motorway"}),
+        ("abseits der Autobahn", {}),
     ],
 )
 def test_facts_are_heard_in_the_question(query: str, facts: dict[str, Any]) -> None:
     assert asked_facts(query) == facts
+
+
+@pytest.mark.parametrize("query", ["abseits der Autobahn", "hors autoroute", "off the motorway", "poza autostradą"])
+def test_a_road_that_is_excluded_is_not_meant(query: str) -> None:
+    assert excluded_roads(query) == {"motorway"}
+    assert told("DEU-v1", "deu-speed-advisory", query)[0] is None
+
+
+@pytest.mark.parametrize(
+    ("country", "found", "query", "governs"),
+    [
+        ("DEU", "deu-speed-urban", "Wie schnell außerorts?", "deu-speed-rural-car"),
+        ("DEU", "deu-speed-urban", "Wie schnell innerorts?", ""),
+        ("DEU", "deu-speed-urban", "Wie schnell?", ""),
+        ("DEU", "deu-speed-urban", "Mindestgeschwindigkeit auf der Autobahn", ""),
+        ("FRA", "fra-speed-urban", "vitesse hors agglomération sous la pluie", "fra-speed-rural"),
+        ("ITA", "ita-speed-main", "velocità fuori dei centri abitati", "ita-speed-rural"),
+        ("BEL-WAL", "bel-speed-urban", "vitesse hors agglomération", "bel-speed-rural-wallonia"),
+        ("GBR-SCT", "gbr-speed-goods-heavy", "lorry limit on a single carriageway", "gbr-speed-goods-heavy-scotland"),
+        ("GBR-WLS", "gbr-speed-restricted", "limit in a built-up area", "gbr-speed-restricted-wales"),
+        ("NLD", "nld-speed-urban", "brommer buiten de bebouwde kom", ""),
+    ],
+)
+def test_the_limit_of_the_road_and_the_part_that_are_asked_about_governs(
+    country: str, found: str, query: str, governs: str
+) -> None:
+    law = BOOK.packs[f"{country[:3]}-v1"]
+    assert governing(law, law.provisions[found].effects, query, country) == governs
+
+
+@pytest.mark.parametrize(
+    ("country", "provision", "query"),
+    [
+        ("IRL", "irl-speed-motorway", "minimum speed on a motorway"),
+        ("POL", "pol-speed-motorway", "Minimalna prędkość na autostradzie"),
+        ("NLD", "nld-speed-rural", "Maximumsnelheid brommer buiten de bebouwde kom"),
+        ("DEU", "deu-speed-urban", "Wie schnell mit dem Mofa?"),
+        ("ESP", "esp-speed-motorway", "¿A cuánto puede ir una autocaravana por autopista?"),
+    ],
+)
+def test_a_highest_speed_of_a_car_answers_no_question_on_another_vehicle_or_a_lowest_one(
+    country: str, provision: str, query: str
+) -> None:
+    assert told(f"{country}-v1", provision, query)[0] is None
+
+
+@pytest.mark.parametrize(
+    ("query", "light"),
+    [
+        ("Darf ich bei Rot rechts abbiegen?", "red"),
+        ("Can I turn left on a red light?", "red"),
+        ("Mag ik rechtsaf door rood?", "red"),
+        ("Posso girare a destra col rosso?", "red"),
+        ("gelbes Blinklicht an der Ampel", "amber_flashing"),
+        ("feu orange clignotant", "amber_flashing"),
+        ("the red car", None),
+    ],
+)
+def test_the_light_that_a_question_is_about_is_heard(query: str, light: str | None) -> None:
+    assert asked_light(query) == light
 
 
 EVERY = [
