@@ -150,7 +150,7 @@ def asked_light(query: str) -> str | None:
 
 
 def names_another_vehicle(query: str) -> bool:
-    """Whether the question is about a vehicle of no class of `Situation`, or of one that hangs on its mass."""
+    """Whether the question is about a vehicle of no class of `Situation`, or of one that depends on its mass."""
     return _OTHER_VEHICLES.search(query) is not None
 
 
