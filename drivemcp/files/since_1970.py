@@ -1,18 +1,28 @@
 """Times since 1970 whose unit their magnitude tells, and dates that are written as one number."""
 
 import re
+from collections.abc import Sequence
 from datetime import UTC, datetime
 
-_LEAST = ((1e17, 1e9), (1e14, 1e6), (1e11, 1e3))
+_LEAST = ((9e17, 1e9), (1e17, 1e7), (1e14, 1e6), (1e11, 1e3))
 UNTOLD_TO = _LEAST[-1][0]
 """Up to this number a time may count anything from any beginning."""
 _DATE = re.compile(r"((?:19|20)\d{12})(\d{3})?(?:[.,](\d+))?", re.ASCII)
 """Year, month, day, hour, minute, second, perhaps milliseconds: as a count since 1970 it would be of a later century."""
+_DAYS = ((20_000.0, 80_000.0), (700_000.0, 770_000.0), (2_430_000.0, 2_490_000.0))
+"""Days since 1900 as spreadsheets count them, since the year 0 as MATLAB does, and Julian days, of the years from 1941 on."""
 
 
 def counts_per_s(value: float) -> float:
-    """How many of a time's unit are in a second: of nano-, micro- and milliseconds since 1970; 1 for every smaller number."""
+    """How many of a time's unit are in a second: of nano-, micro- and milliseconds since 1970, and of ticks of 100 ns, which Windows
+    counts since 1601 and .NET since the year 1; 1 for every smaller number."""
     return next((per_s for least, per_s in _LEAST if value > least), 1.0)
+
+
+def are_days(numbers: Sequence[float]) -> bool:
+    """Whether times count days, of which one drive takes a part."""
+    inside = any(all(least <= each <= most and not each.is_integer() for each in numbers) for least, most in _DAYS)
+    return len(numbers) > 1 and inside and max(numbers) - min(numbers) < 1.0
 
 
 def dated_s(text: str) -> float | None:

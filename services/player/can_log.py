@@ -26,8 +26,9 @@ OUR_SIGNAL = "VehicleSpeed"
 BUS = "can0"
 BATCH_S = 0.02
 SPEED_UNITS = {
-    "m/s": 1.0, "mps": 1.0,
-    **dict.fromkeys(("km/h", "kmh", "kph", "km/hr"), MPS_PER["km/h"]), **dict.fromkeys(("mph", "mi/h"), MPS_PER["mph"]),
+    **dict.fromkeys(("m/s", "mps", "m/sec", "meters/second", "metres/second", "meter/sec"), 1.0),
+    **dict.fromkeys(("km/h", "kmh", "kph", "km/hr"), MPS_PER["km/h"]),
+    **dict.fromkeys(("mph", "mi/h", "miles/h", "miles/hour"), MPS_PER["mph"]),
     "kn": MPS_PER_KNOT, "knots": MPS_PER_KNOT,
 }  # fmt: skip
 """A unit in a DBC or in a track's header, in lower case, in m/s."""

@@ -5,8 +5,9 @@ import csv
 import math
 from collections.abc import Callable, Iterator, Mapping
 from functools import lru_cache
-from itertools import pairwise
+from itertools import groupby, pairwise
 from pathlib import Path
+from statistics import median
 
 import gpxpy.gpx
 
@@ -20,7 +21,7 @@ from proto.vehicle import Ego
 from services.player.embedded_track import SUFFIXES, embedded_rows
 from services.player.recording import TimedMessage
 from services.player.tracks import gpx, nmea, table
-from services.player.tracks.fix import Fix, Left
+from services.player.tracks.fix import Fix, Left, heading_deg
 
 RATE_HZ = 10.0
 MOST_GAP_S = 5.0
@@ -37,7 +38,7 @@ EPOCH_S = 366 * DAY_S
 HELD_S = 2.5
 """So long a slow receiver's place may be written again in rows that come faster."""
 SURE_MPS = 5.0
-"""At this mean speed the places show a speed in spite of their errors."""
+"""From this speed on two places show it in spite of their errors."""
 FEWEST_COMPARED = 5
 CONTRADICTS = 1.7
 """Times too fast or too slow: knots are 1.94, miles an hour 2.24, and km/h 3.6 times m/s."""
@@ -114,8 +115,9 @@ def _read_once(path: Path, written_ns: int, size: int) -> tuple[tuple[Fix, ...],
         raise UserError(f"{path}: {' '.join(str(error).split())[:200]}") from None
     except table.OtherTableError as error:
         raise NoTrackError(f"{path}: {error}") from None
-    timed = sorted(_on_one_clock([fix for fix in found if math.isfinite(fix.at_s)], left), key=lambda fix: fix.at_s)
-    timed = _not_alone(timed, left)
+    found = [fix._replace(course_deg=heading_deg(fix.course_deg)) for fix in found if math.isfinite(fix.at_s)]
+    timed = sorted(_on_one_clock(found, left), key=lambda fix: fix.at_s)
+    timed = _not_alone(_spread(timed), left)
     good = _without_jumps([fix for fix in timed if _is_place(fix, left)], left)
     if len(good) < 2:
         told = f"; {left}" if str(left) else ""
@@ -151,6 +153,22 @@ def _on_one_clock(found: list[Fix], left: Left) -> list[Fix]:
         else:
             kept += run
     return kept
+
+
+def _spread(timed: list[Fix]) -> list[Fix]:
+    """With the fixes of one second spread over it, where most seconds have several: their clock shows whole seconds."""
+    seconds = [list(each) for _, each in groupby(timed, key=lambda fix: fix.at_s)]
+    several = [each for each in seconds if len({fix[1:3] for fix in each}) > 1]
+    if len(several) <= len(seconds) / 2:
+        return timed
+    starts_s = [each[0].at_s for each in seconds]
+    lasts_s = [after - before for before, after in pairwise(starts_s)]
+    lasts_s.append(min(lasts_s, default=1.0))
+    return [
+        fix._replace(at_s=fix.at_s + at / len(each) * min(last_s, 1.0))
+        for each, last_s in zip(seconds, lasts_s, strict=True)
+        for at, fix in enumerate(each)
+    ]
 
 
 def _not_alone(timed: list[Fix], left: Left) -> list[Fix]:
@@ -214,11 +232,12 @@ def _of_one_unit(fixes: list[Fix], left: Left) -> list[Fix]:
     told = [
         (fix.speed_mps, derived)
         for number, fix in enumerate(fixes)
-        if fix.speed_mps is not None and (derived := _derived(*_neighbours(fixes, number))) is not None
+        if fix.speed_mps is not None
+        and fix.speed_mps >= 0.0
+        and (derived := _derived(*_neighbours(fixes, number))) is not None
     ]
-    way = sum(derived for _, derived in told)
-    sure = len(told) >= FEWEST_COMPARED and way >= SURE_MPS * len(told)
-    share = sum(said for said, _ in told) / way if sure else 1.0
+    shares = [said / derived for said, derived in told if derived >= SURE_MPS]
+    share = median(shares) if len(shares) >= FEWEST_COMPARED else 1.0
     if 1.0 / CONTRADICTS < share < CONTRADICTS:
         return fixes
     left.add(f"its speeds are {share:.3g} times those from place to place (km/h for m/s?); the places count", "speed")

@@ -17,7 +17,8 @@ AXES = {"latitude": "NS", "longitude": "EW"}
 
 def degrees(text: str, axis: str) -> float | None:
     """The angle in degrees that a text gives for an `axis` (latitude, longitude); None without an angle, or with one of the other axis."""
-    if (value := number(text)) is not None:
+    power = re.fullmatch(r"[+-]?\d+,\d+E[+-]?\d+", text.strip(), re.I)
+    if (value := number(text, ";" if power else "")) is not None:
         return value
     found = _WRITTEN.fullmatch(text.strip())
     if found is None:

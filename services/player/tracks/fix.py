@@ -17,6 +17,11 @@ class Fix(NamedTuple):
     """Since 1970; None: the file tells no date, or a time that may be local."""
 
 
+def heading_deg(value: float | None) -> float | None:
+    """A course that is one; None for the codes of receivers that know none (-1, 511)."""
+    return value if value is not None and value != -1.0 and -180.0 <= value <= 360.0 else None
+
+
 class Left:
     """What of a file was not read: by kind how often, and the first of it."""
 

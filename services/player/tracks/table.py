@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from datetime import UTC, datetime
 from typing import NamedTuple
 
-from drivemcp.files.since_1970 import counts_per_s, dated_s
+from drivemcp.files.since_1970 import are_days, counts_per_s, dated_s
 from drivemcp.files.time_of_day import Clock, second_of_day
 from services.player.can_log import SPEED_UNITS
 from services.player.tracks.coordinates import degrees, in_minutes, of_minutes
@@ -26,7 +26,7 @@ COLUMNS: Mapping[str, str] = {
     "longitude": r"(?:gps[ _]?)?(?:lon|lng|long)(?:[ _]?e7)?|(?:gps[ _]?)?longitu.*|lon[ _]?\(?d.*|l(?:ä|ae)nge(?:ngrad)?.*"
     r"|lengte(?:graad)?.*|d[lł]ugo[sś][cć].*",
     "course": r"course.*|(?:compass[ _]?)?heading.*|bearing.*"
-    r"|track(?:[ _(\[]*(?:deg|angle|made|true).*)?|kurs.*|richtung.*|cap|koers|rumbo.*|rotta.*",
+    r"|track(?:[ _(\[]*(?:deg|angle|made|true).*)?|direction(?:[ _]*[(\[]?(?:°|deg).*)?|kurs.*|richtung.*|cap|koers|rumbo.*|rotta.*",
     "nanoseconds": r"(?:.*[ _])?n(?:ano)?sec(?:s|onds)?",
     "date": r"date|datum|utc[ _]?date|gps[ _]?date|fecha|data",
     "north or south": r"n[/_ ]?s.*|lat(?:itude)?[ _]?(?:dir|hemi|ref|n[/_ ]?s).*",
@@ -48,8 +48,8 @@ HEAD_LINES = 50
 """Among these the header stands; some programs write about the file before it."""
 LONGEST_STEP_S = 5.0
 """Between the fixes of a track that is of use; a longer one may be of another unit."""
-SPREADSHEET_DAYS = (20_000.0, 80_000.0)
-"""Days since 1900, as spreadsheets count them, in the years 1954 to 2119."""
+ENOUGH = 10
+"""So many times with a decimal point show by their steps that they are no seconds."""
 SUMMER_TIME_S = (3_540.0, 3_600.0)
 """A clock that falls back by so much, once, was put back from summer time."""
 SINCE_1970 = 9e8
@@ -82,8 +82,8 @@ def fixes(text: str, left: Left) -> Iterator[Fix]:
     as_sentences = in_minutes([(row.latitude_deg, row.longitude_deg) for row in rows])
     if not as_sentences and not (unit and unit["unit"]):
         _check_unit(columns["time"], [row.time for row in rows])
-    clock = Clock()
-    times = [_time(row.time, unit["unit"] if unit else "", delimiter, clock, digits=as_sentences) for row in rows]
+    clock, of_day = Clock(), as_sentences or all(_DIGITS.fullmatch(row.time) for row in rows)
+    times = [_time(row.time, unit["unit"] if unit else "", delimiter, clock, digits=of_day) for row in rows]
     for row, at_s in zip(rows, _without_summer_time(times), strict=True):
         if at_s is None:
             left.add("neither seconds, a time of day nor an ISO 8601 time", f"{row.where}: time {row.time!r}")
@@ -127,24 +127,17 @@ def _delimiter(line: str) -> str:
 def _check_unit(name: str, times: Sequence[str]) -> None:
     """That the times of a column without a unit count seconds. Raises ValueError where they may count something else."""
     numbers = [value for each in times if (value := number(each, ";")) is not None]
-    if len(numbers) == len(times) and _are_days(numbers):
+    if len(numbers) == len(times) and are_days(numbers):
         raise ValueError(f"column {name!r} counts days, as spreadsheets do: format it as date and time with seconds")
     if len(times) > 1 and all(re.fullmatch(r"\d{1,3}:\d\d", each) for each in times):
         raise ValueError(f"column {name!r} has times of two parts: write hours, minutes and seconds")
-    values = sorted(int(each) for each in times if each.isdigit())
-    if len(values) < max(2, len(times)) or values[-1] > SINCE_1970:
+    values = sorted(numbers)
+    whole = all(each.isdigit() for each in times)
+    if len(values) < max(2 if whole else ENOUGH, len(times)) or values[-1] > SINCE_1970:
         return
     step = statistics.median(after - before for before, after in itertools.pairwise(values))
     if step > LONGEST_STEP_S:
-        raise ValueError(
-            f"column {name!r} has whole numbers in steps of {step:g}: name their unit, as in time_ms or time_s"
-        )
-
-
-def _are_days(numbers: Sequence[float]) -> bool:
-    least, most = SPREADSHEET_DAYS
-    inside = all(least <= each <= most and not each.is_integer() for each in numbers)
-    return len(numbers) > 1 and inside and max(numbers) - min(numbers) < 1.0
+        raise ValueError(f"column {name!r} has numbers in steps of {step:g}: name their unit, as in time_ms or time_s")
 
 
 def _columns(names: list[str]) -> dict[str, str]:
@@ -197,7 +190,7 @@ def _rows(
             latitude,
             longitude,
             mps * factor if mps is not None else None,
-            _course(columns["course"], number(said["course"], delimiter)),
+            _of_radians(columns["course"], number(said["course"], delimiter)),
         )
 
 
@@ -214,13 +207,17 @@ def _with_sides(cells: list[str], wanted: int) -> list[str]:
     return joined if len(joined) == wanted else cells
 
 
-def _course(name: str, value: float | None) -> float | None:
-    return math.degrees(value) if value is not None and re.search(r"rad(?:ian)?s?\W*$", name.lower()) else value
+def _of_radians(name: str, value: float | None) -> float | None:
+    return (
+        math.degrees(value)
+        if value is not None and re.search(r"\brad(?:ian)?s?\W*$|_rad(?:ian)?s?$", name.lower())
+        else value
+    )
 
 
 def _side(name: str, text: str, axis: str, side: str) -> float | None:
     whole = re.fullmatch(r"[+-]?\d+", text) if name.lower().endswith("e7") else None
-    value = int(text) / 1e7 if whole else degrees(text, axis)
+    value = int(text) / 1e7 if whole else _of_radians(name, degrees(text, axis))
     return -abs(value) if value is not None and side.lower().startswith(NEGATIVE) else value
 
 

@@ -1,6 +1,7 @@
 """Position tracks as receivers, cameras and spreadsheets write them."""
 
 import re
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -176,9 +177,7 @@ def test_times_that_may_count_milliseconds_are_asked_for(tmp_path: Path) -> None
     path = tmp_path / "drive.csv"
     rows = "0,48.1,11.5\n1000,48.1,11.5\n2000,48.1,11.5\n"
     path.write_text("time,lat,lon\n" + rows)
-    with pytest.raises(
-        UserError, match="column 'time' has whole numbers in steps of 1000: name their unit, as in time_ms"
-    ):
+    with pytest.raises(UserError, match="column 'time' has numbers in steps of 1000: name their unit, as in time_ms"):
         read_track(path)
     path.write_text("time_ms,lat,lon\n" + rows)
     assert [each.at_s for each in read_track(path)] == [0.0, 1.0, 2.0]
@@ -410,3 +409,82 @@ def test_a_track_is_found_beside_a_video_whatever_its_capitals(name: str, tmp_pa
     (tmp_path / "V.MP4").write_bytes(b"")
     rows(tmp_path / name, driven())
     assert track_beside(tmp_path / "V.MP4") == tmp_path / name
+
+
+NORTH_10_MPS = [48.0 + at * 10.0 / 111_194.93 for at in range(12)]
+"""Latitudes of a car that drives north at 10 m/s, second by second."""
+
+
+@pytest.mark.parametrize(
+    ("head", "time"),
+    [
+        ("timestamp", lambda at: f"{638_501_544_000_000_000 + at * 10_000_000}"),  # .NET ticks
+        ("timestamp", lambda at: f"{133_590_312_000_000_000 + at * 10_000_000}"),  # Windows file time
+        ("utc_time", lambda at: f"1000{at + 55}.000" if at < 5 else f"1001{at - 5:02d}.000"),
+        ("time", lambda at: f"1000{at + 55}" if at < 5 else f"1001{at - 5:02d}"),
+    ],
+)
+def test_seconds_are_found_in_ticks_and_in_times_of_day_without_colons(
+    head: str, time: Callable[[int], str], tmp_path: Path
+) -> None:
+    path = tmp_path / "drive.csv"
+    rows = [f"{time(at)},{latitude:.7f},11.5" for at, latitude in enumerate(NORTH_10_MPS)]
+    path.write_text("\n".join((f"{head},lat,lon", *rows)))
+    assert [fix.speed_mps for fix in read_track(path)] == pytest.approx([10.0] * 12, rel=0.01)
+
+
+@pytest.mark.parametrize("first", [739_373.416_666_666_7, 2_460_431.916_666_6])
+def test_days_of_other_calendars_are_asked_to_be_times(first: float, tmp_path: Path) -> None:
+    path = tmp_path / "drive.csv"
+    rows = [f"{first + at / 86_400:.9f},{latitude:.7f},11.5" for at, latitude in enumerate(NORTH_10_MPS)]
+    path.write_text("\n".join(("time,lat,lon", *rows)))
+    with pytest.raises(UserError, match="counts days"):
+        read_track(path)
+
+
+@pytest.mark.parametrize("step", [100.0, 33.333])
+def test_milliseconds_with_a_decimal_point_are_asked_for(step: float, tmp_path: Path) -> None:
+    path = tmp_path / "drive.csv"
+    rows = [f"{at * step:.3f},{latitude:.7f},11.5" for at, latitude in enumerate(NORTH_10_MPS)]
+    path.write_text("\n".join(("time,lat,lon", *rows)))
+    with pytest.raises(UserError, match=f"steps of {step:g}: name their unit"):
+        read_track(path)
+
+
+@pytest.mark.parametrize(("name", "unit"), [("latitude_rad", "longitude_rad"), ("latitude (rad)", "longitude (rad)")])
+def test_places_in_radians_are_read_as_such(name: str, unit: str, tmp_path: Path) -> None:
+    path = tmp_path / "drive.csv"
+    path.write_text(f"time_s,{name},{unit}\n0,0.837758041,0.2007128640\n1,0.837759609,0.2007128640\n")
+    assert read_track(path)[0].latitude_deg == pytest.approx(48.0)
+
+
+@pytest.mark.parametrize("code", ["-1", "511", "720.5"])
+def test_a_receivers_code_for_no_course_is_none(code: str, tmp_path: Path) -> None:
+    path = tmp_path / "drive.csv"
+    rows = [f"{at},{latitude:.7f},11.5,{code}" for at, latitude in enumerate(NORTH_10_MPS)]
+    path.write_text("\n".join(("time_s,lat,lon,course", *rows)))
+    assert {fix.course_deg for fix in read_track(path)} == {0.0}
+
+
+@pytest.mark.parametrize("rate", [5, 10])
+def test_fixes_of_one_second_are_spread_over_it(rate: int, tmp_path: Path) -> None:
+    path = tmp_path / "drive.csv"
+    rows = [f"10:00:{at // rate:02d},{48.0 + at * 10.0 / rate / 111_194.93:.8f},11.5" for at in range(4 * rate)]
+    path.write_text("\n".join(("time,lat,lon", *rows)))
+    assert [fix.speed_mps for fix in read_track(path)] == pytest.approx([10.0] * (4 * rate), rel=0.02)
+
+
+@pytest.mark.parametrize("stale", [{0: 45.0, 1: 45.0}, dict.fromkeys(range(30, 60), 48.0)])
+def test_a_jump_or_a_place_that_stands_says_nothing_of_the_unit_of_speeds(
+    stale: dict[int, float], tmp_path: Path
+) -> None:
+    path = tmp_path / "drive.csv"
+    rows = [f"{at},{stale.get(at, 48.0 + at * 10.0 / 111_194.93):.7f},11.5,36" for at in range(60)]
+    path.write_text("\n".join(("time_s,lat,lon,speed_kmh", *rows)))
+    assert [fix.speed_mps for fix in read_track(path)] == pytest.approx([10.0] * 60)
+
+
+def test_a_decimal_comma_before_a_power_of_ten_is_one(tmp_path: Path) -> None:
+    path = tmp_path / "drive.csv"
+    path.write_text("Zeit (s);Breite (°);Länge (°);Richtung (°)\n0,0E0;4,8E1;1,15E1;9,0E1\n1,0E0;4,8E1;1,15E1;9,0E1\n")
+    assert read_track(path)[0][1:3] == (48.0, 11.5)
