@@ -6,7 +6,7 @@ from typing import Any, get_args
 
 import msgspec
 
-from domain.units import legal_limit
+from domain.units import legal_limit, to_mps
 from proto.rules import LegalLimit, Situation
 from services.rules.limits.conditions import unknown_facts
 from services.rules.limits.precedence import decide
@@ -57,12 +57,13 @@ def told_limit(
 
 
 def governing(pack: Pack, effects: tuple[Effect, ...], query: str, jurisdiction: str | None) -> str:
-    """The provision that sets the limit on the road, or in the part of the country, that is asked about; empty: the one found may."""
-    limits = [effect.when for effect in effects if isinstance(effect, Limit | Advisory)]
+    """The provision that sets the limit for the road, the part of the country and the facts that are asked about; empty: the one found
+    may."""
+    limits = [effect for effect in effects if isinstance(effect, Limit | Advisory)]
     asked = asked_facts(query)
     road, part = asked.get("road_type"), jurisdiction if jurisdiction and "-" in jurisdiction else None
-    elsewhere = [when.subdivision is not None and when.subdivision != part for when in limits]
-    other_road = [bool(when.road_types) and road not in when.road_types for when in limits]
+    elsewhere = [each.when.subdivision is not None and each.when.subdivision != part for each in limits]
+    other_road = [bool(each.when.road_types) and road not in each.when.road_types for each in limits]
     if road is None or not limits or asks_minimum(query) or names_another_vehicle(query):
         return ""
     found = decide(pack, _stated(pack, asked, jurisdiction)).candidate
@@ -71,7 +72,8 @@ def governing(pack: Pack, effects: tuple[Effect, ...], query: str, jurisdiction:
     of_part = any(
         effect.when.subdivision == part for each, effect in pack.limits if part and each.id in found.provisions
     )
-    return found.provisions[0] if all(other_road) or all(elsewhere) or of_part else ""
+    lower = found.mps < min(to_mps(each.value, each.unit) for each in limits) - 0.01
+    return found.provisions[0] if all(other_road) or all(elsewhere) or of_part or lower else ""
 
 
 def _stated(pack: Pack, asked: dict[str, Any], jurisdiction: str | None) -> Situation:

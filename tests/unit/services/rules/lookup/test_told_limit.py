@@ -135,6 +135,10 @@ def test_a_road_that_is_excluded_is_not_meant(query: str) -> None:
         ("GBR-SCT", "gbr-speed-goods-heavy", "lorry limit on a single carriageway", "gbr-speed-goods-heavy-scotland"),
         ("GBR-WLS", "gbr-speed-restricted", "limit in a built-up area", "gbr-speed-restricted-wales"),
         ("NLD", "nld-speed-urban", "brommer buiten de bebouwde kom", ""),
+        ("POL", "pol-speed-motorway", "Ile z przyczepą na autostradzie?", "pol-speed-heavy-fast"),
+        ("DEU", "deu-speed-advisory", "Mit Anhänger auf der Autobahn", "deu-speed-motorway-heavy"),
+        ("FRA", "fra-speed-motorway", "autoroute par temps de pluie", "fra-speed-rain-motorway"),
+        ("FRA", "fra-speed-motorway", "vitesse sur autoroute", ""),
     ],
 )
 def test_the_limit_of_the_road_and_the_part_that_are_asked_about_governs(
