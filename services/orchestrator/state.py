@@ -323,6 +323,8 @@ class State(msgspec.Struct, frozen=True, kw_only=True):
     now_ns: int = 0
     looked_ns: int = 0
     """How much of the time since the last tick pictures tell of (`validity.looked_ns`)."""
+    looked_to_ns: int = 0
+    """The stamp of the newest picture that was looked at: an older one that comes behind it begins no look again."""
     world: WorldState = WorldState(stamp_ns=0, tick=0)
     signs: Signs = Signs()
     light: Light | None = None

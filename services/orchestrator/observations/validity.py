@@ -126,7 +126,20 @@ class Motion(NamedTuple):
 def looked_ns(state: State, seen: Observations) -> int:
     """How much of the time since the last tick pictures tell of. A picture that is missing, or was seen already, is no look."""
     before, now = state.world.actors, fresh(seen.tracks, VALID_NS["tracks"], seen.now_ns)
-    return 0 if before is None or now is None else min(LONGEST_LOOK_NS, max(0, now.stamp_ns - before.stamp_ns))
+    if before is None or now is None:
+        return 0
+    return min(LONGEST_LOOK_NS, max(0, now.stamp_ns - max(before.stamp_ns, _looked_to_ns(state, seen.now_ns))))
+
+
+def looked_to_ns(state: State, seen: Observations) -> int:
+    """The stamp of the newest picture that was looked at, this tick's among them."""
+    now = fresh(seen.tracks, VALID_NS["tracks"], seen.now_ns)
+    return max(_looked_to_ns(state, seen.now_ns), now.stamp_ns if now is not None else 0)
+
+
+def _looked_to_ns(state: State, now_ns: int) -> int:
+    """None (0) where the clock was set back behind it."""
+    return state.looked_to_ns if state.looked_to_ns <= now_ns else 0
 
 
 def step_of_clock_ns(state: State, seen: Observations) -> int:

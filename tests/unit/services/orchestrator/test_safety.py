@@ -235,6 +235,20 @@ def test_a_longer_blindness_never_raises_the_target(drive: Drive, gaps: list[str
         assert target(ticked) <= stood + RISES_MPS2 * 0.001 * count + 1e-9
 
 
+@pytest.mark.parametrize("late_s", [0.2, 0.6, 0.9])
+def test_an_older_picture_that_comes_late_begins_no_look_again(late_s: float) -> None:
+    drive = Drive(speed_mps=2.0)
+    drive.tracks, drive.lead = (actor(1.0, 0.0, confidence=0.25),), 5
+    drive.ticks(10)
+    stood = target(drive.history[-1][2])
+    seen = next_seen(drive)
+    assert seen.tracks is not None
+    late = replace(seen.tracks, stamp_ns=seen.tracks.stamp_ns - round(late_s * 1e9))
+    drive.tick(tracks=late)
+    drive.tracks, drive.lead = (actor(1.0, 0.0, confidence=0.25, y_m=6.0, in_ego_path=False),), None
+    assert target(drive.tick()) <= stood + 1e-9
+
+
 @safety(few=25)
 @given(scenes(), st.floats(0.0, 1.0), st.sampled_from(NEWS))
 def test_contradictory_signs_end_at_or_below_the_lower(drive: Drive, confidence: float, news: Fact) -> None:
