@@ -298,6 +298,8 @@ def test_a_first_notice_is_owed_until_it_is_spoken() -> None:
     assert shouted.fused.first_notice
     assert not any("slow down" in text.lower() for text in drive.spoken())
     drive.ask.decide = lambda request: None
+    drive.ticks(19)
+    assert not any("slow down" in text.lower() for text in drive.spoken())
     assert drive.tick().advisory.directive == "Slow down: 50"
     assert drive.tick().fused.first_notice is False
 

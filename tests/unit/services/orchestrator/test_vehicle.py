@@ -152,7 +152,7 @@ def lamps(*names: str, h: float = 0.6) -> Degradation:
 def test_an_answer_about_an_earlier_fault_mutes_no_new_one_though_the_tool_is_silent(
     verdict: str, later: int, muted: bool
 ) -> None:
-    """To a muted driver too, and by the real arbiter: at the latest a second after the last word on the car."""
+    """To a muted driver too, and by the real arbiter: at the latest two seconds after the last word on the car."""
     drive = Drive(Played(dict(EXPERTS), arbiter=arbiter()))
     drive.ask.table["vehicle_health"] = lambda a: told(drive, "Check the tyres.", safe_to_drive=verdict)
     drive.tick(preferences=preferences(muted=muted))
@@ -161,10 +161,10 @@ def test_an_answer_about_an_earlier_fault_mutes_no_new_one_though_the_tool_is_si
     drive.ticks(later)
     del drive.ask.table["vehicle_health"]
     drive.car = lamps("oil", "tyre")
-    drive.ticks(11)
+    drive.ticks(21)
     said = [
         (t.advisory.justification, t.advisory.directive)
-        for _, _, t in drive.history[-11:]
+        for _, _, t in drive.history[-21:]
         if t.advisory.kind != "SILENT"
     ]
     assert any("oil" in why for why, _ in said)
