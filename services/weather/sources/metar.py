@@ -42,7 +42,9 @@ _REPORT = re.compile(
 )
 """A report in an answer; `=` ends it, or the next one."""
 _OTHER = re.compile(r"\bTAF (?:AMD |COR )*$")
-"""What stands before a forecast, which is no report."""
+"""What stands before a forecast, which is no report; in a bulletin before the first alone."""
+_FORECAST = re.compile(r"\d{6}Z (?:[A-Z]{3,4} )*\d{4}(?:/\d{4}|\d\d)\b|\sT[XN]M?\d\d/\d{4}Z\b")
+"""What a forecast holds and a report does not: the days and hours that the forecast is for, and its extremes of temperature."""
 _CORRECTION = re.compile(r"\b(?:COR|CC[A-Z])\b")
 _WIND = re.compile(r"\s(?:\d{3}|VRB|///)P?\d{2,3}(?:GP?\d{2,3})?(?:KTS?|MPS|KMH)\b")
 """The package takes a sight of four digits, or one with a letter O, for a wind."""
@@ -83,7 +85,8 @@ def _newest(body: bytes, now_ns: int, station: str) -> tuple[Any, int]:
     found: list[tuple[bool, bool, int, str, bool, Any]] = []
     problem = "it holds no report" if text else "it is empty"
     for report in itertools.islice(_REPORT.finditer(text), MOST):
-        if _OTHER.search(text[: report.start()]):
+        if _OTHER.search(text[: report.start()]) or _FORECAST.search(report[0]):
+            problem = f"{report[0].strip()[:40]}: a forecast (TAF), not a report"
             continue
         if re.search(r"\bNIL\b", report[0]):
             problem = f"{report[0].strip()[:40]}: nothing was observed"

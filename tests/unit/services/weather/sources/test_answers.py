@@ -210,6 +210,11 @@ BLIND = report("1150", "//// // ////// ///// Q////").replace("EDDB 211150Z", "ED
         [SNOW, report("1150", "")],
         [report("1050", "9999 NSC 08/06 Q1008"), SNOW],
         ["TAF EDDB 211130Z 2112/2218 24012KT CAVOK=", SNOW + "="],
+        [SNOW, "EDDB 211130Z 2112/2218 24012KT CAVOK"],
+        [SNOW, "EDDB 211130Z AMD 2112/2218 24012KT CAVOK"],
+        [SNOW, "EDDB 211130Z 211218 24012KT 9999 NSC"],
+        [SNOW, "EDDB 211130Z 24012KT 9999 NSC TX03/2114Z"],
+        ["TAF EDDF 211100Z 2111/2211 CAVOK=", "EDDB 211130Z 2112/2218 24012KT CAVOK=", SNOW],
         ["2026/11/21 11:20", SNOW.replace("+SN", "\n     +SN"), "not a report"],
         [report("1120", "9999 NSC 08/06 Q1008"), SNOW.replace("METAR", "METAR COR")],
         [report("1120", "9999 NSC 08/06 Q1008").replace("2111", "2211"), SNOW],
@@ -230,6 +235,11 @@ def test_reports_that_say_nothing_was_observed_are_no_good_weather() -> None:
         metar.read(b"METAR EDDB 211150Z NIL=\nMETAR EDDB 211120Z NIL=", NOW_NS)
     told = metar.read(BLIND.encode(), NOW_NS)
     assert (told.rain_mm_h, told.snow_mm_h, told.visibility_m) == (None, None, None)
+
+
+def test_a_forecast_without_its_name_is_no_report() -> None:
+    with pytest.raises(UnusableAnswer, match=r"EDDB 211130Z 2112/2218 24012KT CAVOK: a forecast \(TAF\), not a report"):
+        metar.read(b"EDDB 211130Z 2112/2218 24012KT CAVOK=", NOW_NS)
 
 
 @pytest.mark.parametrize(
