@@ -112,8 +112,9 @@ def _present(times_s: list[int], now_ns: int) -> int:
 
 
 def _sum(*parts: float | None) -> float | None:
-    known = [part for part in parts if part is not None]
-    return sum(known) if known else None
+    """What is known to fall; 0 only where each part is known, since an unknown one may fall."""
+    known = [part for part in parts if part is not None and part >= 0.0]
+    return sum(known) or (0.0 if len(known) == len(parts) else None)
 
 
 def open_meteo(base: str = ADDRESS) -> Provider:

@@ -332,6 +332,29 @@ def test_units_and_times_of_open_meteo_may_be_missing_or_of_another_form(units: 
     assert told.rain_mm_h.high >= 15.0
 
 
+@pytest.mark.parametrize(
+    ("rain", "showers", "falls"),
+    [
+        (None, 0.0, None),
+        ("1.0", 0.0, None),
+        (-5.0, 0.0, None),
+        (0.0, None, None),
+        (0.0, 0.0, Interval(0.0, 0.0)),
+        (None, 2.0, Interval(0.0, 6.0)),
+        (2.0, "x", Interval(0.0, 6.0)),
+        (-2.0, 2.0, Interval(0.0, 6.0)),
+    ],
+)
+def test_no_rain_is_told_only_where_rain_and_showers_are_both_known(rain: Any, showers: Any, falls: Any) -> None:
+    body = _changed(open_meteo_body(), "hourly", "rain", value=[rain] * 3)
+    assert open_meteo.read(_changed(body, "hourly", "showers", value=[showers] * 3), NOW_NS).rain_mm_h == falls
+
+
+def test_rain_in_another_unit_beside_no_showers_is_unknown() -> None:
+    body = _changed(open_meteo_body(), "hourly", "showers", value=[0.0] * 3)
+    assert open_meteo.read(_changed(body, "hourly_units", "rain", value="undefined"), NOW_NS).rain_mm_h is None
+
+
 def test_an_answer_without_the_quantities_that_were_asked_for_is_unusable() -> None:
     answer = json.loads(open_meteo_body())
     answer["hourly"] = {name if name == "time" else f"{name}_icon": each for name, each in answer["hourly"].items()}
