@@ -81,8 +81,10 @@ def gusts(gust_mps: float | None) -> Interval | None:
 
 
 def share(percent: float | None) -> Interval | None:
-    """A relative humidity in percent, give or take a tenth, in [0, 1]."""
-    return None if percent is None else Interval(max(0.0, percent / 100 - 0.1), min(1.0, percent / 100 + 0.1))
+    """A relative humidity in percent, give or take a tenth, in [0, 1]; None outside 0 to 100 %."""
+    if percent is None or not 0.0 <= percent <= 100.0:
+        return None
+    return Interval(max(0.0, percent / 100 - 0.1), min(1.0, percent / 100 + 0.1))
 
 
 def json_of(body: bytes) -> Any:

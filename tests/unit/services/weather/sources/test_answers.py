@@ -383,3 +383,16 @@ def test_what_a_program_writes_for_a_missing_value_is_unknown() -> None:
     assert provider.gusts(-999.0) is None
     assert provider.around(999.0, 1.0) is None
     assert provider.around(-12.0, 1.0) == Interval(-13.0, -11.0)
+
+
+@pytest.mark.parametrize("percent", [-999.0, -0.1, 100.1, 120.0, 999.0])
+def test_a_humidity_that_no_air_has_is_unknown(percent: float) -> None:
+    assert provider.share(percent) is None
+    body = _changed(open_meteo_body(), "hourly", "relative_humidity_2m", value=[percent] * 3)
+    assert open_meteo.read(body, NOW_NS).humidity is None
+
+
+@given(st.one_of(st.none(), st.floats(allow_nan=False, allow_infinity=False)))
+def test_no_interval_of_a_service_is_upside_down(value: float | None) -> None:
+    found = [each(value) for each in (provider.share, provider.shower, provider.sight, provider.gusts)]
+    assert all(each is None or each.low <= each.high for each in (*found, provider.around(value, provider.AIR_K)))
