@@ -4,15 +4,14 @@ import itertools
 import re
 import threading
 import warnings
-from collections.abc import Iterator, Mapping
 from datetime import UTC, datetime
 from functools import partial
 from typing import Any
 
 from metar.Metar import Metar, ParserError
 
-from services.weather.observations.observation import Interval, Observation, RoadState
-from services.weather.sources import provider
+from services.weather.observations.observation import Interval, Observation
+from services.weather.sources import metar_weather, provider
 from services.weather.sources.provider import NS, Provider, UnusableAnswer
 
 ADDRESS = "https://aviationweather.gov/api/data/metar"
@@ -20,23 +19,6 @@ HALVES_S = provider.HOUR_S
 OLDEST_NS = 3 * int(provider.HOUR_S) * NS
 AHEAD_NS = 600 * NS
 _DAY_NS = 86_400 * NS
-# Intensity in a report -> mm/h as water: light below 2.5, heavy from 10 (WMO No. 8); its upper end ours.
-_RAIN = {"-": Interval(0.1, 2.5), "": Interval(2.5, 10.0), "+": Interval(10.0, 50.0)}
-_DRIZZLE = {"-": Interval(0.02, 0.2), "": Interval(0.2, 0.5), "+": Interval(0.5, 2.5)}
-_SNOW = {"-": Interval(0.1, 1.0), "": Interval(1.0, 2.5), "+": Interval(2.5, 10.0)}
-NEARBY = Interval(0.0, 2.5)
-_LIFTED = ("DR", "BL")
-"""Drifting and blowing snow lay on the ground before; none falls."""
-_FALLS: Mapping[str, tuple[tuple[str, Mapping[str, Interval]], ...]] = {
-    "RA": (("rain", _RAIN),),
-    "DZ": (("rain", _DRIZZLE),),
-    "UP": (("rain", _RAIN), ("snow", _SNOW)),  # unknown precipitation may be either
-    "SN": (("snow", _SNOW),),
-    "SG": (("snow", _SNOW),),
-    "PL": (("snow", _SNOW),),
-    "GR": (("rain", _RAIN),),
-    "GS": (("snow", _SNOW),),
-}
 _REPORT = re.compile(
     r"\b(?:(?:METAR|SPECI) )?(?:COR )?[A-Z][A-Z0-9]{3} \d{6}Z\b.*?(?==|$|(?=\b(?:METAR|SPECI|TAF)\b|\b[A-Z][A-Z0-9]{3} \d{6}Z))"
 )
@@ -47,7 +29,22 @@ _FORECAST = re.compile(r"\d{6}Z (?:[A-Z]{3,4} )*\d{4}(?:/\d{4}|\d\d)\b|\sT[XN]M?
 """What a forecast holds and a report does not: the days and hours that the forecast is for, and its extremes of temperature."""
 _CORRECTION = re.compile(r"\b(?:COR|CC[A-Z])\b")
 _WIND = re.compile(r"\s(?:\d{3}|VRB|///)P?\d{2,3}(?:GP?\d{2,3})?(?:KTS?|MPS|KMH)\b")
-"""The package takes a sight of four digits, or one with a letter O, for a wind."""
+"""The package takes a sight of four digits for a wind where none stands before."""
+_TIDIED = (
+    (re.compile(r"(?<=\d) (?=(?:SM|KM) )"), ""),
+    (re.compile(r"(?<= )O(?=\d{3} )"), "0"),
+    (re.compile(r"(?<= )M (?=\d\d/)"), "M"),
+    (re.compile(rf"(\d{{6}}Z(?: [A-Z]{{3,4}})*)(?!{_WIND.pattern})(?: [\dV/KT]+)?(?= \d{{4}} )"), r"\1 /////KT"),
+    (
+        re.compile(
+            r" (?:R\d\d[LCR]?/(?:CLRD|SNOCLO|[\d/]{6})\S*|(?:BLACK)?(?:BLU|WHT|GRN|YLO|AMB|RE[A-Z]+)[\d+]*)(?= )"
+        ),
+        "",
+    ),
+)
+"""What leads the package astray: a sight apart from its unit (`1/2 SM` is a temperature to it), a letter O, a minus apart, no wind.
+Behind states of runways, colours and recent weather it reads neither clouds nor temperatures.
+"""
 STRONGEST_MPS = 115.0
 """More than every gust that an airfield has measured."""
 MOST = 100
@@ -59,10 +56,10 @@ _QUIET = threading.Lock()
 
 def read(body: bytes, now_ns: int, station: str = "") -> Observation:
     """The newest report in a plain text, of that station alone. Its day of the month is taken as the last one that has been."""
-    report, stamp_ns = _newest(body, now_ns, station)
+    report, text, stamp_ns = _newest(body, now_ns, station)
     if not _of_now(stamp_ns, now_ns):
         raise UnusableAnswer(f"its report is {abs(now_ns - stamp_ns) / NS / 3600:.1f} h from now")
-    falls = _falls(report)
+    falls, (air_c, dew_point_c) = _falls(report, text), _temperatures(report)
     return Observation(
         source=f"METAR {report.station_id or ''}".strip(),
         stamp_ns=stamp_ns,
@@ -70,19 +67,19 @@ def read(body: bytes, now_ns: int, station: str = "") -> Observation:
         halves_s=HALVES_S,
         rain_mm_h=falls["rain"],
         snow_mm_h=falls["snow"],
-        visibility_m=provider.sight(_sight(report)),
-        air_c=provider.around(_value(report.temp, "C"), provider.AIR_K),
-        dew_point_c=provider.around(_value(report.dewpt, "C"), provider.AIR_K),
-        wind_mps=provider.gusts(_wind(report, report.wind_speed)),
-        gust_mps=provider.gusts(_wind(report, report.wind_gust)),
-        road=_road(report),
+        visibility_m=provider.sight(_sight(report, text)),
+        air_c=provider.around(air_c, provider.AIR_K),
+        dew_point_c=provider.around(dew_point_c, provider.AIR_K),
+        wind_mps=provider.gusts(_wind(text, report.wind_speed)),
+        gust_mps=provider.gusts(_wind(text, report.wind_gust)),
+        road=metar_weather.road(text),
     )
 
 
-def _newest(body: bytes, now_ns: int, station: str) -> tuple[Any, int]:
+def _newest(body: bytes, now_ns: int, station: str) -> tuple[Any, str, int]:
     """The newest report that says something: not NIL, not all slashes; of those of one time a correction, else a special report."""
     text = " ".join(body.decode("utf-8-sig", errors="replace").split())
-    found: list[tuple[bool, bool, int, str, bool, Any]] = []
+    found: list[tuple[bool, bool, int, str, bool, Any, str]] = []
     problem = "it holds no report" if text else "it is empty"
     for report in itertools.islice(_REPORT.finditer(text), MOST):
         if _OTHER.search(text[: report.start()]) or _FORECAST.search(report[0]):
@@ -99,22 +96,43 @@ def _newest(body: bytes, now_ns: int, station: str) -> tuple[Any, int]:
             if station and parsed.station_id != station:
                 problem = f"its reports are of {parsed.station_id}, not of {station}"
                 continue
-            told, corrected = _says_something(parsed), "".join(_CORRECTION.findall(report[0])[:1])
+            told, corrected = _says_something(parsed, report[0]), "".join(_CORRECTION.findall(report[0])[:1])
             special = report[0].startswith("SPECI")
-            found.append((_of_now(stamp_ns, now_ns), told, stamp_ns, corrected, special, parsed))
+            found.append((_of_now(stamp_ns, now_ns), told, stamp_ns, corrected, special, parsed, report[0]))
     if not found:
         raise UnusableAnswer(f"no report that can be read: {problem}")
-    _, _, stamp_ns, _, _, parsed = max(found, key=lambda each: each[:5])
-    return parsed, stamp_ns
+    _, _, stamp_ns, _, _, parsed, told_in = max(found, key=lambda each: each[:5])
+    return parsed, told_in, stamp_ns
 
 
 def _of_now(stamp_ns: int, now_ns: int) -> bool:
     return -AHEAD_NS <= now_ns - stamp_ns <= OLDEST_NS
 
 
-def _says_something(report: Any) -> bool:
+def _tidied(line: str) -> str:
+    for pattern, better in _TIDIED:
+        line = pattern.sub(better, f"{line} ")
+    return line
+
+
+def _says_something(report: Any, text: str) -> bool:
     """Whether it says what falls, or how far one sees."""
-    return _falls(report)["rain"] is not None or _sight(report) is not None
+    return any(_falls(report, text).values()) or _sight(report, text) is not None
+
+
+def _falls(report: Any, text: str) -> dict[str, Interval | None]:
+    """mm/h as water; what a report does not name is unknown where it breaks off before, or its sensor is missing."""
+    broken_off = report.vis is None and report.temp is None and not report.sky
+    blind = broken_off or any(set(each[2] or "") == {"/"} for each in report.weather)
+    found = metar_weather.falls(text)
+    return {kind: None if blind and amount and not amount.high else amount for kind, amount in found.items()}
+
+
+def _temperatures(report: Any) -> tuple[float | None, float | None]:
+    """Of air and dew point, °C; neither where the dew point is higher, which no air has: it is a sight (`3/4`)."""
+    air_c, dew_point_c = _value(report.temp, "C"), _value(report.dewpt, "C")
+    absurd = air_c is not None and dew_point_c is not None and dew_point_c - air_c >= 1.0
+    return (None, None) if absurd else (air_c, dew_point_c)
 
 
 def _parsed(line: str, now_ns: int) -> tuple[Any, int]:
@@ -136,53 +154,20 @@ def _lenient(line: str, year: int, month: int) -> Any:
     """A report; groups that the package does not know are passed over. The package warns of each, and its warnings are ignored."""
     with _QUIET, warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)
-        return Metar(line, year=year, month=month, strict=False)
+        return Metar(_tidied(line), year=year, month=month, strict=False)
 
 
-def _falls(report: Any) -> dict[str, Interval | None]:
-    """The most that falls of each, as water (mm/h). A report that names none saw none, unless its sensor is missing (`//`, in
-    the United States `PWINO`), or it breaks off before.
-    """
-    found = {"rain": Interval(0.0, 0.0), "snow": Interval(0.0, 0.0)}
-    for intensity, descriptor, precipitation, _, _ in report.weather:
-        for kind, amount in _amounts(intensity or "", descriptor or "", precipitation or ""):
-            found[kind] = max(found[kind], amount, key=lambda each: (each.high, each.low))
-    broken_off = report.vis is None and report.temp is None and not report.sky
-    blind = broken_off or " PWINO" in report.code or any(set(each[2] or "") == {"/"} for each in report.weather)
-    return {kind: None if blind and not amount.high else amount for kind, amount in found.items()}
-
-
-def _amounts(intensity: str, descriptor: str, precipitation: str) -> Iterator[tuple[str, Interval]]:
-    """What each two letters of a group stand for. A shower or a storm nearby may reach the road."""
-    if descriptor in _LIFTED:
-        return
-    if intensity == "VC" and descriptor in ("SH", "TS") and not precipitation:
-        yield "rain", NEARBY
-    for start in range(0, len(precipitation), 2):
-        letters = precipitation[start : start + 2]
-        for kind, amounts in _FALLS.get(letters, ()):
-            yield kind, NEARBY if intensity == "VC" else amounts.get(intensity, amounts[""])
-
-
-def _road(report: Any) -> RoadState | None:
-    """What freezes (`FZ`) freezes on the road, whatever the thermometer says, also if it fell within the last hour (`RE`)."""
-    freezing = [each for each in (*report.weather, *report.recent) if each[1] == "FZ"]
-    if any(each[2] for each in freezing):
-        return "ice"
-    return "frost" if freezing else None
-
-
-def _sight(report: Any) -> float | None:
+def _sight(report: Any, text: str) -> float | None:
     """The shortest of the distances told; the package takes a missing one (`////`) for 10 km."""
-    if re.search(r"\s////(SM)?\s", report.code):
+    if re.search(r"\s////(SM)?\s", text):
         return None
     told = [each for each in (_value(report.vis, "M"), _value(report.max_vis, "M")) if each is not None]
     return min(told, default=None)
 
 
-def _wind(report: Any, speed: Any) -> float | None:
+def _wind(text: str, speed: Any) -> float | None:
     """m/s; None where the report holds no wind, or one that does not blow."""
-    value_mps = _value(speed, "MPS") if _WIND.search(report.code) else None
+    value_mps = _value(speed, "MPS") if _WIND.search(text) else None
     return value_mps if value_mps is not None and value_mps <= STRONGEST_MPS else None
 
 

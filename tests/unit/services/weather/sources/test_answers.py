@@ -271,6 +271,88 @@ def test_a_sight_is_no_wind_where_the_wind_is_missing() -> None:
     assert (told.wind_mps, told.snow_mm_h) == (None, Interval(2.5, 10.0))
 
 
+@pytest.mark.parametrize("before", ["", " AUTO", " COR AUTO", " 24012", " 00KT", " 240V300", " /////KT", " 24012 KT"])
+@pytest.mark.parametrize("sight", ["0800", "O800", "0800N", "0800NDV"])
+def test_a_sight_behind_a_wind_that_is_missing_or_broken_is_read(before: str, sight: str) -> None:
+    told = metar.read(SNOW.replace(" 24012KT 0800", f"{before} {sight}").encode(), NOW_NS)
+    assert (told.wind_mps, told.visibility_m) == (None, Interval(400.0, 800.0))
+
+
+NONE = Interval(0.0, 0.0)
+HEAVY = Interval(10.0, 50.0)
+
+
+@pytest.mark.parametrize(
+    ("words", "rain", "snow"),
+    [
+        ("4000 OVC005 SN M01/M02 Q1008", NONE, Interval(1.0, 2.5)),
+        ("4000 OVC005 M01/M02 -SN Q1008", NONE, Interval(0.1, 1.0)),
+        ("OVC005 4000 SN M01/M02 Q1008", NONE, Interval(1.0, 2.5)),
+        ("4000 R25C/CLRD// SN OVC005 M01/M02 Q1008", NONE, Interval(1.0, 2.5)),
+        ("9999 BLU+ SN SCT010 M01/M02 Q1008", NONE, Interval(1.0, 2.5)),
+        ("4000 -RASH BKN015 22/20 Q1008", Interval(0.1, 2.5), NONE),
+        ("2000 +RATSGR BKN015CB 22/20 Q1008", HEAVY, NONE),
+        ("3000 TS+RA BKN015CB 22/20 Q1008", HEAVY, NONE),
+        ("3000 RA-SN BKN015 01/00 Q1008", Interval(2.5, 10.0), Interval(1.0, 2.5)),
+        ("3000 BRSN BKN015 M02/M03 Q1008", NONE, Interval(1.0, 2.5)),
+        ("3000 SN, BKN015 M02/M03 Q1008", NONE, Interval(1.0, 2.5)),
+        ("3000 ///SN BKN015 M02/M03 Q1008", None, Interval(1.0, 2.5)),
+        ("3000 +VCSH BKN015 12/10 Q1008", Interval(0.0, 2.5), NONE),
+        ("3000 SH BKN015 12/10 Q1008", Interval(2.5, 10.0), Interval(1.0, 2.5)),
+        ("4000SN BKN015 M02/M03 Q1008", None, None),
+        ("4000 SNBKN015 M02/M03 Q1008", None, None),
+        ("4000 +SNX BKN015 M02/M03 Q1008", None, None),
+        ("4000 -S N BKN015 M02/M03 Q1008", None, None),
+        ("9999 GRN SCT010 02/01 Q1008 R/SNOCLO", NONE, NONE),
+        ("9999 SCT010 02/01 Q1008 RESN TEMPO 0400 +SN", NONE, NONE),
+        ("9999 SCT010 02/01 Q1008 RMK SNINCR 2/10 FZRANO TSNO", NONE, NONE),
+        ("9999 TS SCT010CB 22/18 Q1008", NONE, NONE),
+    ],
+)
+def test_what_falls_is_read_wherever_it_stands_and_is_unknown_where_it_cannot_be(
+    words: str, rain: Interval | None, snow: Interval | None
+) -> None:
+    told = metar.read(report("1150", words).encode(), NOW_NS)
+    assert (told.rain_mm_h, told.snow_mm_h) == (rain, snow)
+
+
+@given(
+    st.sampled_from(["RA", "+RA", "-SN", "SNRA", "FZDZ", "UP", "GS", "+RATSGR", "SN,"]), st.integers(0, 4), st.data()
+)
+def test_no_place_of_a_group_makes_none_fall(group: str, place: int, data: st.DataObject) -> None:
+    words = data.draw(st.permutations(["4000", "R25C/CLRD//", "BKN015", "01/00", "GRN"]))
+    told = metar.read(report("1150", " ".join((*words[:place], group, *words[place:], "Q1008"))).encode(), NOW_NS)
+    assert any(each is None or each.high > 0.0 for each in (told.rain_mm_h, told.snow_mm_h))
+
+
+@pytest.mark.parametrize("words", ["4000 BKN011 FZRA ///// Q0988", "4000 -RAFZ BKN011 ///// Q0988", "4000FZDZ Q0988"])
+def test_what_freezes_makes_ice_wherever_it_stands(words: str) -> None:
+    assert metar.read(report("1150", words).encode(), NOW_NS).road == "ice"
+
+
+@pytest.mark.parametrize(
+    ("words", "air"),
+    [
+        ("1/2 SM +SN FEW020 M02/M03 Q1008", Interval(-4.0, 0.0)),
+        ("4000 R25C/CLRD// SN OVC005 M02/M03 Q1008", Interval(-4.0, 0.0)),
+        ("4000 RESN OVC005 M02/M03 Q1008", Interval(-4.0, 0.0)),
+        ("4000 WHT OVC005 M02/M03 Q1008", Interval(-4.0, 0.0)),
+        ("4000 OVC005 M 02/M03 Q1008", Interval(-4.0, 0.0)),
+        ("3/4 +SN FEW020 M02/M03 Q1008", None),
+        ("4000 OVC005 02/05 Q1008", None),
+    ],
+)
+def test_no_sight_is_a_temperature(words: str, air: Interval | None) -> None:
+    told = metar.read(report("1150", words).encode(), NOW_NS)
+    assert told.air_c == air
+    assert (told.dew_point_c is None) == (air is None)
+
+
+def test_a_sight_apart_from_its_unit_is_read() -> None:
+    told = metar.read(report("1150", "1 1/2 SM +SN FEW020 M02/M03 Q1008").encode(), NOW_NS)
+    assert told.visibility_m == pytest.approx((1207.0, 2414.0), abs=1.0)
+
+
 def test_of_several_airfields_the_one_that_is_asked_counts() -> None:
     other = report("1150", "9999 NSC 08/06 Q1008").replace("EDDB", "EDDF")
     read = metar.metar("EDDB").read
@@ -373,8 +455,11 @@ def test_snow_that_drifts_fell_before(words: str, falls: float) -> None:
 
 
 def test_a_wind_that_never_blows_is_none() -> None:
-    told = metar.read(report("1150", "O300 FG BKN001 02/02 Q1008").encode(), NOW_NS)
+    blown = report("1150", "0300 FG BKN001 02/02 Q1008").replace("24012KT", "240300G400MPS")
+    told = metar.read(blown.encode(), NOW_NS)
     assert (told.wind_mps, told.gust_mps) == (None, None)
+    told = metar.read(report("1150", "O300 FG BKN001 02/02 Q1008").encode(), NOW_NS)
+    assert told.wind_mps == pytest.approx((3.09, 8.21), abs=0.01), "a sight with a letter O is none"
 
 
 def test_what_a_program_writes_for_a_missing_value_is_unknown() -> None:
