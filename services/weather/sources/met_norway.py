@@ -87,10 +87,12 @@ def read(body: bytes, now_ns: int) -> Observation:
 
 
 def _present(rows: list[Any], now_ns: int) -> dict[str, Any]:
+    """The newest row of the hour that tells what falls; a nowcast has one each five minutes, and most tell the instant alone."""
     current = [row for row in rows if _is_present(row, now_ns)]
     if not current:
         raise UnusableAnswer(f"none of its {len(rows)} hours is the present one")
-    return _below(current[-1], "data")
+    told = [row for row in current if _below(row, "data", "next_1_hours")]
+    return _below((told or current)[-1], "data")
 
 
 def _is_present(row: Any, now_ns: int) -> bool:

@@ -20,7 +20,8 @@ OLDEST_NS = 3 * int(provider.HOUR_S) * NS
 AHEAD_NS = 600 * NS
 _DAY_NS = 86_400 * NS
 _REPORT = re.compile(
-    r"\b(?:(?:METAR|SPECI) )?(?:COR )?[A-Z][A-Z0-9]{3} \d{6}Z\b.*?(?==|$|(?=\b(?:METAR|SPECI|TAF)\b|\b[A-Z][A-Z0-9]{3} \d{6}Z))"
+    r"\b(?:(?:METAR|SPECI) )?(?:COR )?(?P<station>[A-Z][A-Z0-9]{3}) \d{6}Z\b.*?"
+    r"(?==|$|(?=\b(?:METAR|SPECI|TAF)\b|\b[A-Z][A-Z0-9]{3} \d{6}Z))"
 )
 """A report in an answer; `=` ends it, or the next one."""
 _OTHER = re.compile(r"\bTAF (?:AMD |COR )*$")
@@ -48,6 +49,10 @@ Behind states of runways, colours and recent weather it reads neither clouds nor
 STRONGEST_MPS = 115.0
 """More than every gust that an airfield has measured."""
 MOST = 100
+"""Reports of the airfield that is asked for."""
+MOST_NAMED = 5
+_NAME = 40
+"""Characters before a report in which it may be called a forecast."""
 
 _BROKEN = (ParserError, LookupError, ValueError, TypeError, AttributeError, ArithmeticError)
 """What the package raises on text that is not a report."""
@@ -81,8 +86,12 @@ def _newest(body: bytes, now_ns: int, station: str) -> tuple[Any, str, int]:
     text = " ".join(body.decode("utf-8-sig", errors="replace").split())
     found: list[tuple[bool, bool, int, str, bool, Any, str]] = []
     problem = "it holds no report" if text else "it is empty"
-    for report in itertools.islice(_REPORT.finditer(text), MOST):
-        if _OTHER.search(text[: report.start()]) or _FORECAST.search(report[0]):
+    stations = {report["station"] for report in _REPORT.finditer(text)}
+    if station and stations and station not in stations:
+        problem = f"its reports are of {', '.join(sorted(stations)[:MOST_NAMED])}, not of {station}"
+    wanted = (report for report in _REPORT.finditer(text) if not station or report["station"] == station)
+    for report in itertools.islice(wanted, MOST):
+        if _OTHER.search(text[max(0, report.start() - _NAME) : report.start()]) or _FORECAST.search(report[0]):
             problem = f"{report[0].strip()[:40]}: a forecast (TAF), not a report"
             continue
         if re.search(r"\bNIL\b", report[0]):
@@ -93,9 +102,6 @@ def _newest(body: bytes, now_ns: int, station: str) -> tuple[Any, str, int]:
         except _BROKEN:
             problem = f"a report in a form that is not known: {report[0].strip()[:60]!r}"
         else:
-            if station and parsed.station_id != station:
-                problem = f"its reports are of {parsed.station_id}, not of {station}"
-                continue
             told, corrected = _says_something(parsed, report[0]), "".join(_CORRECTION.findall(report[0])[:1])
             special = report[0].startswith("SPECI")
             found.append((_of_now(stamp_ns, now_ns), told, stamp_ns, corrected, special, parsed, report[0]))

@@ -76,6 +76,9 @@ def read(body: bytes, now_ns: int) -> Observation:
 
 def _decoded(body: bytes) -> _Answer:
     found = provider.json_of(body)
+    if isinstance(found, list) and len(found) != 1:
+        raise UnusableAnswer(f"it answers for {len(found)} places: ask for one latitude and longitude")
+    found = found[0] if isinstance(found, list) else found
     if isinstance(found, dict) and found.get("error"):
         raise UnusableAnswer(f"it refuses: {str(found.get('reason'))[:200]}")
     try:

@@ -126,6 +126,15 @@ def test_open_meteo_s_refusal_is_told() -> None:
         open_meteo.read(b'{"error": true, "reason": "Latitude must be in range of -90 to 90"}', NOW_NS)
 
 
+def test_open_meteo_s_list_of_one_place_is_read_and_one_of_several_refused() -> None:
+    body = open_meteo_body()
+    assert open_meteo.read(b"[" + body + b"]", NOW_NS) == open_meteo.read(body, NOW_NS)
+    with pytest.raises(UnusableAnswer, match="it answers for 2 places: ask for one latitude and longitude"):
+        open_meteo.read(b"[" + body + b"," + body + b"]", NOW_NS)
+    with pytest.raises(UnusableAnswer, match="it answers for 0 places"):
+        open_meteo.read(b"[]", NOW_NS)
+
+
 def test_old_answers_say_nothing_of_now() -> None:
     later_ns = NOW_NS + 48 * 3600 * NS
     for read, body in ((met_norway.read, met_norway_body()), (open_meteo.read, open_meteo_body())):
@@ -280,6 +289,7 @@ def test_a_sight_behind_a_wind_that_is_missing_or_broken_is_read(before: str, si
 
 NONE = Interval(0.0, 0.0)
 HEAVY = Interval(10.0, 50.0)
+HEAVY_SNOW = Interval(2.5, 10.0)
 
 
 @pytest.mark.parametrize(
@@ -361,6 +371,14 @@ def test_of_several_airfields_the_one_that_is_asked_counts() -> None:
         read(other.encode(), NOW_NS)
 
 
+def test_the_airfield_that_is_asked_counts_behind_many_others() -> None:
+    others = [report("1150", "9999 NSC 08/06 Q1008").replace("EDDB", f"E{number:03d}") for number in range(300)]
+    told = metar.metar("EDDB").read("=\n".join((*others, SNOW)).encode(), NOW_NS)
+    assert (told.source, told.snow_mm_h) == ("METAR EDDB", HEAVY_SNOW)
+    with pytest.raises(UnusableAnswer, match="its reports are of E000, E001, E002, E003, E004, not of EDDB"):
+        metar.metar("EDDB").read("=\n".join(others).encode(), NOW_NS)
+
+
 HOURS = "properties", "timeseries"
 
 
@@ -388,6 +406,16 @@ def test_what_falls_without_a_symbol_may_be_snow() -> None:
     body = met_norway_body(symbol="rain", rain_mm=2.0)
     told = met_norway.read(_changed(body, *HOURS, 0, "data", "next_1_hours", "summary", value=None), NOW_NS)
     assert told.snow_mm_h == told.rain_mm_h == Interval(0.0, 6.0)
+
+
+def test_a_later_row_of_the_instant_alone_hides_no_row_that_tells_what_falls() -> None:
+    answer = json.loads(met_norway_body(symbol="heavysnow", rain_mm=2.0))
+    rows = answer["properties"]["timeseries"]
+    rows.insert(1, {"time": rows[0]["time"], "data": {"instant": {"details": {"precipitation_rate": 7.0}}}})
+    told = met_norway.read(json.dumps(answer).encode(), NOW_NS)
+    assert (told.snow_mm_h, told.air_c) == (Interval(0.0, 6.0), Interval(-0.5, 3.5))
+    rows[0]["data"].pop("next_1_hours")
+    assert met_norway.read(json.dumps(answer).encode(), NOW_NS).snow_mm_h is None
 
 
 def test_fog_that_only_the_symbol_names_is_fog() -> None:
