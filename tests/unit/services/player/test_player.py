@@ -15,7 +15,8 @@ from drivemcp.errors import UserError
 from drivemcp.testing import bus
 from proto import topics
 from proto.sensors import CameraFrame
-from services.player.pictures import PICTURES, live_pictures, ordered, passed_over, thinned, webcam_number
+from services.player.picture_names import ordered
+from services.player.pictures import PICTURES, live_pictures, passed_over, thinned, webcam_number
 from services.player.recording import Options, bits_in, read_picture
 from services.player.service import SERVICE, PlayerConfig
 from services.player.source import open_recording

@@ -1,0 +1,104 @@
+"""Order, times and cameras of pictures by their names."""
+
+import re
+from collections.abc import Iterable, Sequence
+from datetime import datetime
+from decimal import Decimal
+from itertools import pairwise
+from pathlib import Path
+
+from drivemcp.files.since_1970 import counts_per_s
+
+_NUMBERS = re.compile(r"([0-9]+)")
+_COUNT = re.compile(r"(?<![0-9.])[0-9]{9,19}(?:\.[0-9]+)?(?![0-9])")
+"""A number long enough to count since 1970."""
+_DATE_AND_TIME = re.compile(
+    r"(?<!\d)(20\d\d)([-_.]?)(\d\d)\2?(\d\d)[-_.T ]?(\d\d)([-_.:]?)(\d\d)\6(\d\d)(?:[-_.,]?(\d{3}|\d{6})(?![A-Y]))?(?!\d)"
+)
+"""Year, month, day, hour, minute, second, and milli- or microseconds, as cameras name their pictures."""
+FASTEST_S = 0.002
+"""No camera's pictures follow sooner: what stands behind date and time is a number then."""
+_PLAUSIBLE_S = (9.4e8, 4.2e9)
+"""From 1999 to 2103."""
+LONGEST_PAUSE_S = 30.0
+MOST_CAMERAS = 16
+
+
+def times_unused(files: Sequence[Path]) -> str:
+    """Why times in most names of a folder do not count, and what to do; empty where they do, or where names hold no times."""
+    without = [file for file in files if not (_dated([file.stem]) or _counted([file.stem]))]
+    if len(files) - len(without) < max(2, len(files) / 2) or times_in(files):
+        return ""
+    why = (
+        f"{without[0].name} holds none: take it away"
+        if without
+        else f"they do not grow, or pause for more than {LONGEST_PAUSE_S:g} s: divide the folder"
+    )
+    return f"the times in the names of pictures are not used, since {why}, or give --period"
+
+
+def cameras_in(files: Sequence[Path]) -> list[str]:
+    """What distinguishes pictures of several cameras: the words of their names, where each camera has times of its own; else nothing."""
+    named: dict[str, list[Path]] = {}
+    for file in files:
+        named.setdefault(_COUNT.sub("", _DATE_AND_TIME.sub("", file.stem)).strip("_-. "), []).append(file)
+    several = 1 < len(named) <= MOST_CAMERAS and all(times_in(each) for each in named.values())
+    return sorted(named) if several and not times_in(files) else []
+
+
+def ordered(files: Iterable[Path]) -> list[Path]:
+    """By the numbers in their names, so that frame2 comes before frame10; by value where each name is a number (a time)."""
+    found = sorted(files)
+    if all(re.fullmatch(r"[0-9]+(\.[0-9]+)?", file.stem) for file in found):
+        return sorted(found, key=lambda file: Decimal(file.stem))
+    return sorted(found, key=_by_numbers)
+
+
+def times_in(files: Sequence[Path]) -> list[float]:
+    """Seconds from the first picture, of those whose names hold date and time, or times since 1970 (s, ms, us or ns); else empty.
+
+    Empty too where two have one time, or a pause is longer than `LONGEST_PAUSE_S`: such pictures are no drive.
+    """
+    names = [file.stem for file in files]
+    times = _dated(names) or _counted(names)
+    if len(times) < 2:
+        return []
+    from_first = [float(each - times[0]) for each in times]
+    pauses = [later - before for before, later in pairwise(from_first)]
+    return from_first if all(0.0 < each <= LONGEST_PAUSE_S for each in pauses) else []
+
+
+def _dated(names: Sequence[str]) -> list[Decimal]:
+    """Seconds since 1970 of names that all hold date and time, none so soon after another that a number stands there; else empty."""
+    found = [each for each in map(_DATE_AND_TIME.search, names) if each is not None]
+    if len(found) != len(names):
+        return []
+    try:
+        times = [
+            int(datetime.fromisoformat(f"{'-'.join(each.group(1, 3, 4))}T{':'.join(each.group(5, 7, 8))}Z").timestamp())
+            + Decimal(f"0.{each[9] or 0}")
+            for each in found
+        ]
+    except ValueError:  # no day of the calendar
+        return []
+    return times if all(later - before > FASTEST_S for before, later in pairwise(times)) else []
+
+
+def _counted(names: Sequence[str]) -> list[Decimal]:
+    """Seconds of names that all hold one time since 1970, of one unit; else empty."""
+    found = [[Decimal(each) for each in _COUNT.findall(name) if _since_1970(Decimal(each))] for name in names]
+    counts = [each[0] for each in found if len(each) == 1]
+    units = {counts_per_s(float(each)) for each in counts}
+    if len(counts) != len(names) or len(units) != 1:
+        return []
+    return [each / Decimal(max(units)) for each in counts]
+
+
+def _since_1970(count: Decimal) -> bool:
+    return _PLAUSIBLE_S[0] < count / Decimal(counts_per_s(float(count))) < _PLAUSIBLE_S[1]
+
+
+def _by_numbers(file: Path) -> tuple[list[int | str], str]:
+    """The words and numbers of a name in turn; capitals and endings are no matter."""
+    parts = _NUMBERS.split(file.stem.casefold())
+    return [int(part) if place % 2 else part for place, part in enumerate(parts)], file.name
