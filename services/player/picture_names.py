@@ -1,11 +1,13 @@
 """Order, times and cameras of pictures by their names."""
 
+import math
 import re
 from collections.abc import Iterable, Sequence
 from datetime import datetime
 from decimal import Decimal
 from itertools import pairwise
 from pathlib import Path
+from statistics import median
 
 from drivemcp.files.since_1970 import counts_per_s
 
@@ -13,11 +15,13 @@ _NUMBERS = re.compile(r"([0-9]+)")
 _COUNT = re.compile(r"(?<![0-9.])[0-9]{9,19}(?:\.[0-9]+)?(?![0-9])")
 """A number long enough to count since 1970."""
 _DATE_AND_TIME = re.compile(
-    r"(?<!\d)(20\d\d)([-_.]?)(\d\d)\2?(\d\d)[-_.T ]?(\d\d)([-_.:]?)(\d\d)\6(\d\d)(?:[-_.,]?(\d{3}|\d{6})(?![A-Y]))?(?!\d)"
+    r"(?<!\d)(20\d\d)([-_.]?)(\d\d)\2?(\d\d)[-_.T ]?(\d\d)([-_.:]?)(\d\d)\6(\d\d)(?:([-_.,]?)(\d{3}|\d{6})(?![A-Y]))?(?!\d)"
 )
 """Year, month, day, hour, minute, second, and milli- or microseconds, as cameras name their pictures."""
 FASTEST_S = 0.002
 """No camera's pictures follow sooner: what stands behind date and time is a number then."""
+_DIGITS_OF_A_FRACTION = (3, 6, 9)
+"""Milli-, micro- and nanoseconds."""
 _PLAUSIBLE_S = (9.4e8, 4.2e9)
 """From 1999 to 2103."""
 LONGEST_PAUSE_S = 30.0
@@ -32,7 +36,7 @@ def times_unused(files: Sequence[Path]) -> str:
     why = (
         f"{without[0].name} holds none: take it away"
         if without
-        else f"they do not grow, or pause for more than {LONGEST_PAUSE_S:g} s: divide the folder"
+        else f"they do not grow, number the pictures of a second, or pause for more than {LONGEST_PAUSE_S:g} s: divide the folder"
     )
     return f"the times in the names of pictures are not used, since {why}, or give --period"
 
@@ -50,7 +54,8 @@ def ordered(files: Iterable[Path]) -> list[Path]:
     """By the numbers in their names, so that frame2 comes before frame10; by value where each name is a number (a time)."""
     found = sorted(files)
     if all(re.fullmatch(r"[0-9]+(\.[0-9]+)?", file.stem) for file in found):
-        return sorted(found, key=lambda file: Decimal(file.stem))
+        values = dict(zip(found, _values([file.stem for file in found]), strict=True))
+        return sorted(found, key=values.__getitem__)
     return sorted(found, key=_by_numbers)
 
 
@@ -68,26 +73,53 @@ def times_in(files: Sequence[Path]) -> list[float]:
     return from_first if all(0.0 < each <= LONGEST_PAUSE_S for each in pauses) else []
 
 
+def _values(written: Sequence[str]) -> list[Decimal]:
+    """The numbers of one folder. Where their fractions lack the zeros at their beginning, as 5.50000000 for 5.05 s, they are counts."""
+    decimals, fractions = [Decimal(each) for each in written], [each.partition(".")[2] for each in written]
+    longest = max(map(len, fractions), default=0)
+    digits = next((each for each in _DIGITS_OF_A_FRACTION if longest <= each), 0)
+    if not digits or len({*map(len, fractions)}) == 1 or any(re.match("0.", each) for each in fractions):
+        return decimals
+    counts = [int(value) + Decimal(each or 0).scaleb(-digits) for value, each in zip(decimals, fractions, strict=True)]
+    cut = any(re.search(".0$", each) for each in fractions)
+    return counts if cut or _unevenness(counts) < _unevenness(decimals) else decimals
+
+
+def _unevenness(times: Iterable[Decimal]) -> float:
+    """How far apart the longest and the shortest step are, against the usual one; infinite where two times are equal."""
+    steps = [later - before for before, later in pairwise(sorted(times))]
+    return float((max(steps) - min(steps)) / median(steps)) if steps and min(steps) > 0 else math.inf
+
+
 def _dated(names: Sequence[str]) -> list[Decimal]:
     """Seconds since 1970 of names that all hold date and time, none so soon after another that a number stands there; else empty."""
     found = [each for each in map(_DATE_AND_TIME.search, names) if each is not None]
     if len(found) != len(names):
         return []
     try:
-        times = [
+        seconds = [
             int(datetime.fromisoformat(f"{'-'.join(each.group(1, 3, 4))}T{':'.join(each.group(5, 7, 8))}Z").timestamp())
-            + Decimal(f"0.{each[9] or 0}")
             for each in found
         ]
     except ValueError:  # no day of the calendar
         return []
-    return times if all(later - before > FASTEST_S for before, later in pairwise(times)) else []
+    times = [second + Decimal(f"0.{each[10] or 0}") for second, each in zip(seconds, found, strict=True)]
+    numbered = _numbered(seconds, times) and not any(each[9] in (".", ",") for each in found)
+    return [] if numbered or any(later - before <= FASTEST_S for before, later in pairwise(times)) else times
+
+
+def _numbered(seconds: Sequence[int], times: Sequence[Decimal]) -> bool:
+    """Whether what stands behind the seconds numbers pictures: it grows by one step, and never into the next second as a clock does."""
+    steps = [later - before for before, later in pairwise(times)]
+    same = [later == before for before, later in pairwise(seconds)]
+    within = {step for step, each in zip(steps, same, strict=True) if each}
+    return len(within) == 1 and not any(step in within for step, each in zip(steps, same, strict=True) if not each)
 
 
 def _counted(names: Sequence[str]) -> list[Decimal]:
     """Seconds of names that all hold one time since 1970, of one unit; else empty."""
-    found = [[Decimal(each) for each in _COUNT.findall(name) if _since_1970(Decimal(each))] for name in names]
-    counts = [each[0] for each in found if len(each) == 1]
+    found = [[each for each in _COUNT.findall(name) if _since_1970(Decimal(each))] for name in names]
+    counts = _values([each[0] for each in found if len(each) == 1])
     units = {counts_per_s(float(each)) for each in counts}
     if len(counts) != len(names) or len(units) != 1:
         return []
