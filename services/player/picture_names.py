@@ -11,19 +11,31 @@ from statistics import median
 
 from drivemcp.files.since_1970 import counts_per_s
 
+NS = 1_000_000_000
 _NUMBERS = re.compile(r"([0-9]+)")
 _COUNT = re.compile(r"(?<![0-9.])[0-9]{9,19}(?:\.[0-9]+)?(?![0-9])")
 """A number long enough to count since 1970."""
 _DATE_AND_TIME = re.compile(
-    r"(?<!\d)(20\d\d)([-_.]?)(\d\d)\2?(\d\d)[-_.T ]?(\d\d)([-_.:]?)(\d\d)\6(\d\d)(?:([-_.,]?)(\d{3}|\d{6})(?![A-Y]))?(?!\d)"
+    r"(?<!\d)(20\d\d)([-_.]?)(\d\d)\2?(\d\d)[-_.T ]?(\d\d)([-_.:]?)(\d\d)\6(\d\d)(?:([-_.,]?)(\d{3}|\d{6})(?![A-Y]))?(?: ?([AP])M\b)?(?!\d)"
 )
-"""Year, month, day, hour, minute, second, and milli- or microseconds, as cameras name their pictures."""
+"""Year, month, day, hour, minute, second, and milli- or microseconds, as cameras name their pictures, perhaps of half a day."""
+_HALF_DAY_S = 12 * 3600
 FASTEST_S = 0.002
 """No camera's pictures follow sooner: what stands behind date and time is a number then."""
 _DIGITS_OF_A_FRACTION = (3, 6, 9)
 """Milli-, micro- and nanoseconds."""
+_REWRITTEN = (
+    (re.compile(r"(?<!\d)(\d\d)([-_.])(1[3-9]|[23]\d)\2(20\d\d)(?!\d)"), r"\4-\1-\3"),
+    (re.compile(r"(?<!\d)(\d\d)([-_.])(\d\d)\2(20\d\d)(?!\d)"), r"\4-\3-\1"),
+    (re.compile(r"(?<=\d) at (?=\d)"), " "),
+    (re.compile(r"(?<!\d)(1\d{9})_(\d{9})(?!\d)"), r"\1.\2"),
+)
+"""Dates with the year at their end (the day first, unless no month has its number), and seconds beside nanoseconds."""
 _PLAUSIBLE_S = (9.4e8, 4.2e9)
 """From 1999 to 2103."""
+_SINCE_GPS_S = 3.15e8
+"""From 1980, for nanoseconds alone: cameras whose clock has begun with GPS time (Argoverse); no shorter number is so long by chance."""
+_HALF_DAYS = re.compile(r"\d[ _.]?[AP]M(?![A-Z])", re.IGNORECASE)
 LONGEST_PAUSE_S = 30.0
 MOST_CAMERAS = 16
 
@@ -31,14 +43,26 @@ MOST_CAMERAS = 16
 def times_unused(files: Sequence[Path]) -> str:
     """Why times in most names of a folder do not count, and what to do; empty where they do, or where names hold no times."""
     without = [file for file in files if not (_dated([file.stem]) or _counted([file.stem]))]
-    if len(files) - len(without) < max(2, len(files) / 2) or times_in(files):
+    few = len(files) - len(without) < max(2, len(files) / 2)
+    if times_in(files) or (few and not _of_unknown_form([file.stem for file in files])):
         return ""
     why = (
-        f"{without[0].name} holds none: take it away"
+        "their unit or form is not known: rename the pictures by seconds since 1970"
+        if few
+        else f"{without[0].name} holds none: take it away"
         if without
         else f"they do not grow, number the pictures of a second, or pause for more than {LONGEST_PAUSE_S:g} s: divide the folder"
     )
     return f"the times in the names of pictures are not used, since {why}, or give --period"
+
+
+def _of_unknown_form(names: Sequence[str]) -> bool:
+    """Whether names seem to hold times: of half a day, or long numbers that grow by more than one, as a clock from its start does."""
+    counts = [[Decimal(each) for each in _COUNT.findall(name) if each[0] != "0"] for name in names]
+    grow = all(len(each) == 1 for each in counts) and all(
+        later[0] - before[0] > 1 for before, later in pairwise(counts)
+    )
+    return len(names) > 1 and (grow or all(map(_HALF_DAYS.search, names)))
 
 
 def cameras_in(files: Sequence[Path]) -> list[str]:
@@ -93,12 +117,13 @@ def _unevenness(times: Iterable[Decimal]) -> float:
 
 def _dated(names: Sequence[str]) -> list[Decimal]:
     """Seconds since 1970 of names that all hold date and time, none so soon after another that a number stands there; else empty."""
-    found = [each for each in map(_DATE_AND_TIME.search, names) if each is not None]
+    found = [each for each in map(_DATE_AND_TIME.search, map(_rewritten, names)) if each is not None]
     if len(found) != len(names):
         return []
     try:
         seconds = [
             int(datetime.fromisoformat(f"{'-'.join(each.group(1, 3, 4))}T{':'.join(each.group(5, 7, 8))}Z").timestamp())
+            + _HALF_DAY_S * ((each[11] == "P") - (each[11] is not None and each[5] == "12"))
             for each in found
         ]
     except ValueError:  # no day of the calendar
@@ -118,7 +143,7 @@ def _numbered(seconds: Sequence[int], times: Sequence[Decimal]) -> bool:
 
 def _counted(names: Sequence[str]) -> list[Decimal]:
     """Seconds of names that all hold one time since 1970, of one unit; else empty."""
-    found = [[each for each in _COUNT.findall(name) if _since_1970(Decimal(each))] for name in names]
+    found = [[each for each in _COUNT.findall(_rewritten(name)) if _since_1970(Decimal(each))] for name in names]
     counts = _values([each[0] for each in found if len(each) == 1])
     units = {counts_per_s(float(each)) for each in counts}
     if len(counts) != len(names) or len(units) != 1:
@@ -127,7 +152,15 @@ def _counted(names: Sequence[str]) -> list[Decimal]:
 
 
 def _since_1970(count: Decimal) -> bool:
-    return _PLAUSIBLE_S[0] < count / Decimal(counts_per_s(float(count))) < _PLAUSIBLE_S[1]
+    per_s = counts_per_s(float(count))
+    first_s = _SINCE_GPS_S if per_s == NS else _PLAUSIBLE_S[0]
+    return first_s < count / Decimal(per_s) < _PLAUSIBLE_S[1]
+
+
+def _rewritten(name: str) -> str:
+    for pattern, better in _REWRITTEN:
+        name = pattern.sub(better, name)
+    return name
 
 
 def _by_numbers(file: Path) -> tuple[list[int | str], str]:
