@@ -2,10 +2,10 @@
 
 import math
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from datetime import datetime
 from decimal import Decimal
-from itertools import pairwise
+from itertools import pairwise, permutations
 from pathlib import Path
 from statistics import median
 
@@ -38,6 +38,9 @@ _SINCE_GPS_S = 3.15e8
 _HALF_DAYS = re.compile(r"\d[ _.]?[AP]M(?![A-Z])", re.IGNORECASE)
 LONGEST_PAUSE_S = 30.0
 MOST_CAMERAS = 16
+_BETWEEN = "_-. "
+_CAMERA = re.compile(r"((?:cam|camera|channel|ch)[-_ ]?\d{1,2}(?!\d))", re.IGNORECASE)
+_CAMERA_OR_NUMBER = re.compile(rf"{_CAMERA.pattern}|\d+", re.IGNORECASE)
 
 
 def times_unused(files: Sequence[Path]) -> str:
@@ -66,12 +69,47 @@ def _of_unknown_form(names: Sequence[str]) -> bool:
 
 
 def cameras_in(files: Sequence[Path]) -> list[str]:
-    """What distinguishes pictures of several cameras: the words of their names, where each camera has times of its own; else nothing."""
+    """What distinguishes pictures of several cameras: the words of their names; else nothing.
+
+    Each camera has times of its own, or, where names hold no times that count, the cameras share most numbers.
+    """
+    if times_in(files):
+        return []
+    timed, numbered = (_named(files, of) for of in (_without_times, _without_numbers))
+    for named in (timed, numbered):
+        if 1 < len(named) <= MOST_CAMERAS and all(map(times_in, named.values())):
+            return _labels(named)
+    several = {words: each for words, each in numbered.items() if len(each) > 1}
+    return _labels(several) if 1 < len(several) <= MOST_CAMERAS and _share_numbers([*several.values()]) else []
+
+
+def _named(files: Iterable[Path], words_of: Callable[[Path], str]) -> dict[str, list[Path]]:
     named: dict[str, list[Path]] = {}
     for file in files:
-        named.setdefault(_COUNT.sub("", _DATE_AND_TIME.sub("", file.stem)).strip("_-. "), []).append(file)
-    several = 1 < len(named) <= MOST_CAMERAS and all(times_in(each) for each in named.values())
-    return sorted(named) if several and not times_in(files) else []
+        named.setdefault(words_of(file), []).append(file)
+    return named
+
+
+def _without_times(file: Path) -> str:
+    return _COUNT.sub("", _DATE_AND_TIME.sub("", _rewritten(file.stem))).strip(_BETWEEN)
+
+
+def _without_numbers(file: Path) -> str:
+    """The words of a name, with the numbers of cameras alone, and its ending."""
+    return _CAMERA_OR_NUMBER.sub(r"\1", _without_times(file)).strip(_BETWEEN) + file.suffix.lower()
+
+
+def _labels(named: Mapping[str, Sequence[Path]]) -> list[str]:
+    """The words of each camera's names without an ending that all share; where there are no words, its first picture."""
+    endings = {each[0].suffix.lower() for each in named.values()}
+    words = {each: each.removesuffix(*endings) if len(endings) == 1 else each for each in named}
+    return sorted(words[each] or files[0].name for each, files in named.items())
+
+
+def _share_numbers(cameras: Sequence[Sequence[Path]]) -> bool:
+    """Whether one camera's pictures bear, for half of them at least, the numbers of another's."""
+    numbers = [{tuple(map(int, _NUMBERS.findall(_CAMERA.sub("", file.stem)))) for file in files} for files in cameras]
+    return any(2 * len(one & other) >= len(one) for one, other in permutations(numbers, 2))
 
 
 def ordered(files: Iterable[Path]) -> list[Path]:

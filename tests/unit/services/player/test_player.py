@@ -131,6 +131,46 @@ def test_pictures_of_several_cameras_are_asked_for_by_camera(tmp_path: Path) -> 
         open_recording(str(tmp_path), Options())
 
 
+@pytest.mark.parametrize(
+    ("names", "cameras"),
+    [
+        (("left000001.png", "right000001.png", "left000002.png", "right000002.png"), "left, right"),
+        (("01_left.png", "01_right.png", "02_left.png", "02_right.png"), "left, right"),
+        (("cam0_001.png", "cam1_001.png", "cam0_002.png", "cam1_002.png"), "cam0, cam1"),
+        (("0001.png", "0001_mask.png", "0002.png", "0002_mask.png"), "0001.png, mask"),
+        (("img_001.png", "img_001_thumb.png", "img_002.png", "img_002_thumb.png", "img_003.png"), "img, img__thumb"),
+        (("frame1.jpg", "frame1.png", "frame2.jpg", "frame2.png"), "frame.jpg, frame.png"),
+        (("20240501_100000_0001F.png", "20240501_100000_0002R.png", "20240501_100030_0003F.png", "20240501_100030_0004R.png"), "F, R"),
+        (("20240501_100000_0001F.png", "20240501_100000_0001R.png", "20240501_110000_0002F.png", "20240501_110000_0002R.png"), "F, R"),
+        (("24-05-01 front_1.png", "24-05-01 front_2.png", "24-05-01 back_1.png", "24-05-01 back_2.png"), "back, front"),
+    ],
+)  # fmt: skip
+def test_pictures_of_several_cameras_are_asked_for_by_camera_also_without_times(
+    names: tuple[str, ...], cameras: str, tmp_path: Path
+) -> None:
+    for name in names:
+        cv2.imwrite(str(tmp_path / name), np.zeros((60, 90, 3), np.uint8))
+    with pytest.raises(UserError, match=rf"pictures of several cameras: {cameras}; give each a folder of its own"):
+        open_recording(str(tmp_path), Options())
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        ("IMG_0001.png", "IMG_0002.png", "DSC_0003.png", "DSC_0004.png"),
+        ("img1.png", "img1 (1).png", "img2.png"),
+        ("frame1.png", "frame2.png", "frame3.png", "cover.png", "frame1_mask.png"),
+        ("cam1.png", "cam2.png", "cam3.png"),
+        ("a1b2.png", "a1b10.png", "a2b1.png"),
+        ("1.png", "2.png", "3.jpg", "4.jpg"),
+    ],
+)
+def test_names_that_differ_otherwise_are_of_one_camera(names: tuple[str, ...], tmp_path: Path) -> None:
+    for name in names:
+        cv2.imwrite(str(tmp_path / name), np.zeros((60, 90, 3), np.uint8))
+    assert open_recording(str(tmp_path), Options()).pictures == len(names)
+
+
 def test_of_a_folder_of_videos_one_has_to_be_named(video: Path) -> None:
     with pytest.raises(UserError, match=r"it holds 1 videos; name one, as clip\.mp4"):
         open_recording(str(video.parent), Options())
