@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import msgspec
 
+from services.rules.authoring.statutes.extents import inherited, keep_partial
 from services.rules.authoring.statutes.leftovers import in_force, over, unread
 from services.rules.authoring.statutes.statute import (
     Section,
@@ -40,11 +41,12 @@ def read(root: "Element") -> Statute:
     title = words(first(root, "title"))
     language = words(first(root, "language"))[:2].lower() or "en"
     left = in_force(root, _out_of_force)
+    left += keep_partial(root, _ASIDE - {"BlockAmendment"})
     sections = list[Section]()
     headings: dict[int, str] = {}
     for at in walked(root, _ASIDE):
         if local(at) == "P1group":
-            heading = words(child(at, "Title"), frozenset({"CommentaryRef"}))
+            heading = words(child(at, "Title"), _DROPPED - {"Title"})
             headings |= {id(below): heading for below in at.iter() if local(below) == "P1"}
         elif local(at) == "P1":
             sections += _provision(at, title, headings.get(id(at), ""))
@@ -58,18 +60,10 @@ def read(root: "Element") -> Statute:
 def _of_a_part(root: "Element") -> tuple[str, ...]:
     """What does not extend to England: it is drafted, and its author has to say where it counts."""
     placed = [at for at in walked(root, _ASIDE) if local(at) == "P1" or _is_whole_schedule(at)]
-    inherited = _extents(root)
-    extents = ((at.get("id") or words(child(at, "Pnumber", "Number")), inherited[id(at)]) for at in placed)
+    extent_of = inherited(root, "RestrictExtent")
+    extents = ((at.get("id") or words(child(at, "Pnumber", "Number")), extent_of[id(at)]) for at in placed)
     found = [f"{name} ({extent})" for name, extent in extents if extent and "E" not in extent.split("+")]
     return (f"does not extend to England, drafted all the same: {', '.join(found)}",) if found else ()
-
-
-def _extents(root: "Element") -> dict[int, str]:
-    """Where each element counts: as it says, or as what holds it says."""
-    found = {id(root): root.get("RestrictExtent", "")}
-    for at in root.iter():
-        found |= {id(below): below.get("RestrictExtent") or found[id(at)] for below in at}
-    return found
 
 
 def _is_whole_schedule(at: "Element") -> bool:
