@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import msgspec
 
+from services.rules.authoring.statutes.raised import RAISED, raised
 from services.rules.errors import PackError
 
 if TYPE_CHECKING:
@@ -80,8 +81,12 @@ def words(element: "Element | None", without: frozenset[str] = frozenset()) -> s
     """All text below an element on one line, in its order, without elements of some names. Depth is no matter."""
     todo: list[Element | str] = [] if element is None else [element]
     parts: list[str] = []
+    start = -1  # of the raised text that is being read
     while todo:
         at = todo.pop()
+        if at == _LOWERED:
+            parts[start:], start = [raised("".join(parts[start:]))], -1
+            continue
         if isinstance(at, str):
             parts.append(at)
             continue
@@ -90,8 +95,8 @@ def words(element: "Element | None", without: frozenset[str] = frozenset()) -> s
             continue
         before, after = ("(", ") ") if name == "Pnumber" else (" ", " ") if name in BLOCKS else ("", "")
         own = at.text or ("−" if at.get("Name") == "Minus" else " " if name == "Character" else "")
-        if name in RAISED and own.strip().isdecimal():
-            own = own.translate(_SUPERSCRIPT)
+        if name in RAISED and start < 0:
+            start, after = len(parts), _LOWERED
         inside: list[Element | str] = [before, own]
         for below in at:
             inside += [below, below.tail or ""]
@@ -129,9 +134,8 @@ def walked(root: "Element", skipped: frozenset[str]) -> "Iterator[Element]":
             todo += reversed(at)
 
 
-RAISED = frozenset({"sup", "SUP", "Superior"})
-_SUPERSCRIPT = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
-"""A raised number is a power or a note, and no digit of the number before it."""
+_LOWERED = "\0"
+"""Stands where raised text ends; no XML has it."""
 BLOCKS = frozenset(
     {"P", "DL", "DT", "DD", "LA", "BR", "row", "entry", "Text", "P3", "P4", "P5", "ListItem", "Para",
      "p", "num", "heading", "intro", "content", "wrapUp", "list", "point", "paragraph", "subparagraph", "item", "li", "tr", "td", "th",

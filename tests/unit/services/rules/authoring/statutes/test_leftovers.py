@@ -235,10 +235,21 @@ def test_cells_and_lines_stand_apart(tmp_path: Path) -> None:
         ("v<sup>2</sup>/20", "v²/20"),
         ("80 m<sup> 3 </sup>", "80 m ³"),
         ("Art. 1<sup>bis</sup>", "Art. 1bis"),
+        ("the 1<sup>st</sup> lane", "the 1st lane"),
         ("CO<sub>2</sub>", "CO2"),
+        ("para. 2<sup>1)</sup>", "para. 2¹⁾"),
+        ("10<sup>-3</sup> m, 10<sup>−3</sup> m", "10⁻³ m, 10⁻³ m"),
+        ("turned by 45<sup>o</sup>", "turned by 45°"),
+        ("x<sup>n+1</sup>", "xⁿ⁺¹"),
+        ("30<sup>*</sup> km/h", "30* km/h"),
+        ("v<sup>1,5</sup>", "v^(1,5)"),
+        ("60<sup>Q</sup>", "60^(Q)"),
+        ("m<sup><i>2</i></sup> 30<sup><b>1</b>)</sup> km/h", "m² 30¹⁾ km/h"),
+        ("30<sup>2<sup>3</sup></sup>", "30²³"),
+        ("30<sup><noteRef/></sup> km/h", "30 km/h"),
     ],
 )
-def test_a_raised_number_is_a_power_and_no_digit(written: str, read_as: str, tmp_path: Path) -> None:
+def test_raised_text_is_no_letter_or_digit_of_what_is_before_it(written: str, read_as: str, tmp_path: Path) -> None:
     akn = AKN.format(meta="", body=section("1", f"<content><p>{written}</p></content>"), after="")
     assert texts(read(tmp_path, akn)) == {"s. 1": read_as}
 
