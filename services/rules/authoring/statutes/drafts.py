@@ -6,11 +6,13 @@ import unicodedata
 from pathlib import Path
 from typing import Any
 
+import msgspec
+
 from drivemcp.files.packfiles import FILES, read_regular
 from drivemcp.paths import data
 from services.rules.authoring.scaffold import TEMPLATE, names_of
 from services.rules.authoring.seal import seal
-from services.rules.authoring.statutes import akomantoso, clml, gii
+from services.rules.authoring.statutes import akomantoso, clml, formulas, gii
 from services.rules.authoring.statutes.leftovers import kept
 from services.rules.authoring.statutes.statute import Section, Statute, local, parse
 from services.rules.errors import PackError
@@ -50,11 +52,12 @@ def read_statute(path: Path) -> Statute:
     root = parse(path)
     for reader in (gii, clml, akomantoso):
         if local(root) in reader.ROOTS:
+            lines = formulas.write_formulas(root)
             found: Statute = kept(reader.read(root))
             if not found.sections:
                 told = "".join(f"; {each}" for each in found.left)
                 raise PackError(f"{path}: no section with text was found{told}")
-            return found
+            return msgspec.structs.replace(found, left=found.left + formulas.told(lines, found.sections))
     raise PackError(
         f"{path}: <{local(root)}> is none of gesetze-im-internet's XML, legislation.gov.uk's CLML, Akoma Ntoso"
     )
