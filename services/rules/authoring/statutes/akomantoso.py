@@ -3,7 +3,7 @@
 import re
 from collections import Counter
 from collections.abc import Callable, Iterator
-from datetime import UTC, datetime
+from datetime import UTC, date, datetime
 from typing import TYPE_CHECKING
 
 import msgspec
@@ -142,7 +142,7 @@ def _units(at: "Element") -> list["Element"]:
 
 
 def _out_of_force(root: "Element") -> Callable[["Element"], str]:
-    """By the element's status, or by its period, whose dates stand in the meta data."""
+    """By the element's status, or by its period, whose dates stand in the meta data; of the root, by the act's life cycle."""
     today = datetime.now(UTC).date()
     dates = {f"#{at.get('eId', '')}": at.get("date", "") for at in root.iter() if local(at) == "eventRef"}
     periods = {
@@ -154,6 +154,8 @@ def _out_of_force(root: "Element") -> Callable[["Element"], str]:
     }
 
     def why(at: "Element") -> str:
+        if at is root:
+            return _repealed(root, today)
         if (status := at.get("status", "").lower()).replace("-", "") in _GONE:
             return status
         times = periods.get(at.get("period", ""), [])
@@ -163,6 +165,14 @@ def _out_of_force(root: "Element") -> Callable[["Element"], str]:
         return "outside its period" if times and not current else ""
 
     return why
+
+
+def _repealed(root: "Element", today: date) -> str:
+    """That the act's life cycle has a repeal which is not ahead; a repeal without a date is taken as past."""
+    cycle = first(root, "lifecycle")
+    events = [] if cycle is None else list(cycle)
+    repeals = [at.get("date", "") for at in events if at.get("type", "").lower().startswith("repeal")]
+    return ", ".join(f"repealed on {day or 'a day unknown'}" for day in repeals if day[:10] <= today.isoformat())
 
 
 def _section(at: "Element", title: str, address: str, chapter: str) -> Iterator[Section]:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import msgspec
 
-from services.rules.authoring.statutes.leftovers import unread
+from services.rules.authoring.statutes.leftovers import unread, whole
 from services.rules.authoring.statutes.statute import Section, Statute, child, first, local, number, words
 
 if TYPE_CHECKING:
@@ -25,7 +25,15 @@ def read(root: "Element") -> Statute:
     short = words(child(head, "amtabk")) or words(child(head, "jurabk")) if head is not None else ""
     sections = [part for norm in root if local(norm) == "norm" for part in _norm(norm, short or title)]
     statute = Statute(title=title, short=short or title, language="de", jurisdiction="DEU", sections=tuple(sections))
-    return msgspec.structs.replace(statute, left=unread(root, statute, _ASIDE, _NOTES))
+    return msgspec.structs.replace(statute, left=whole(_repealed(head)) + unread(root, statute, _ASIDE, _NOTES))
+
+
+def _repealed(head: "Element | None") -> str:
+    """What the publisher says on the repeal (`Aufh`) of the statute, its day among the words."""
+    states = [at for at in head if local(at) == "standangabe"] if head is not None else []
+    return ", ".join(
+        words(child(at, "standkommentar")) or "repealed" for at in states if words(child(at, "standtyp")) == "Aufh"
+    )
 
 
 def _norm(norm: "Element", short: str) -> Iterator[Section]:

@@ -33,7 +33,7 @@ OutOfForce = Callable[["Element"], str]
 
 
 def in_force(root: "Element", why: OutOfForce) -> tuple[str, ...]:
-    """Take from the tree what is not in force, and say what was taken."""
+    """Take from the tree what is not in force, and say what was taken; a statute that is not in force as a whole stays, and is told."""
     taken: list[str] = []
     todo = [root]
     while todo:
@@ -43,9 +43,12 @@ def in_force(root: "Element", why: OutOfForce) -> tuple[str, ...]:
         if reasons:
             _remove(at, frozenset(reasons))
         todo += at
-    if not taken:
-        return ()
-    return (f"not in force, left out: {_counted(taken)}",)
+    return whole(why(root)) + ((f"not in force, left out: {_counted(taken)}",) if taken else ())
+
+
+def whole(reason: str) -> tuple[str, ...]:
+    """That the statute is not in force as a whole; nothing where no reason is given."""
+    return (f"the whole statute is marked as not in force, drafted all the same: {reason}",) if reason else ()
 
 
 def kept(statute: Statute) -> Statute:

@@ -341,3 +341,43 @@ def test_a_number_of_two_chapters_is_cited_with_its_chapter_and_unnumbered_parts
 def test_a_section_of_sections_is_drafted_once(tmp_path: Path) -> None:
     statute = read(tmp_path, AKN.format(meta="", body=section("6", section("6.1", said("Wait."))), after=""))
     assert texts(statute) == {"s. 6.1": "Wait."}
+
+
+WHOLE = "the whole statute is marked as not in force, drafted all the same: "
+
+
+@pytest.mark.parametrize(
+    ("event", "left"),
+    [
+        ('type="repeal" date="2010-01-01"', (f"{WHOLE}repealed on 2010-01-01",)),
+        ('type="repeal"', (f"{WHOLE}repealed on a day unknown",)),
+        ('type="repeal" date="2999-01-01"', ()),
+        ('type="amendment" date="2010-01-01"', ()),
+    ],
+)
+def test_an_act_whose_life_cycle_ended_is_told(event: str, left: tuple[str, ...], tmp_path: Path) -> None:
+    meta = f'<lifecycle><eventRef date="2000-01-01" type="generation"/><eventRef {event}/></lifecycle>'
+    statute = read(tmp_path, AKN.format(meta=meta, body=section("1", said("Keep left.")), after=""))
+    assert texts(statute) == {"s. 1": "Keep left."}
+    assert statute.left == left
+
+
+@pytest.mark.parametrize(
+    ("attributes", "reason"), [('Status="Repealed"', "repealed"), ('RestrictEndDate="1999-01-01"', "until 1999-01-01")]
+)
+def test_a_british_act_that_is_marked_as_a_whole_is_told(attributes: str, reason: str, tmp_path: Path) -> None:
+    law = CLML.format(body=p1("1", "<Text>Keep left.</Text>"), after="")
+    statute = read(tmp_path, law.replace("<Legislation", f"<Legislation {attributes}"))
+    assert texts(statute) == {"s. 1": "Keep left."}
+    assert statute.left == (WHOLE + reason,)
+
+
+@pytest.mark.parametrize(("kind", "left"), [("Aufh", (f"{WHOLE}V aufgeh. mWv 1.1.2010",)), ("Stand", ())])
+def test_a_german_statute_that_was_repealed_is_told(kind: str, left: tuple[str, ...], tmp_path: Path) -> None:
+    state = (
+        f"<standangabe><standtyp>{kind}</standtyp><standkommentar>V aufgeh. mWv 1.1.2010</standkommentar></standangabe>"
+    )
+    law = GII.format(body=NORM.format(n=1, text="<P>Rechts fahren.</P>", notes=""))
+    statute = read(tmp_path, law.replace("</metadaten>", f"{state}</metadaten>", 1))
+    assert [each.text for each in statute.sections] == ["Rechts fahren."]
+    assert statute.left == left
