@@ -7,13 +7,26 @@ from typing import TYPE_CHECKING
 import msgspec
 
 from services.rules.authoring.statutes.leftovers import unread, whole
-from services.rules.authoring.statutes.statute import Section, Statute, child, first, local, number, words
+from services.rules.authoring.statutes.statute import (
+    JOINING,
+    Section,
+    Statute,
+    child,
+    first,
+    local,
+    number,
+    numbers,
+    words,
+)
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
 ROOTS = frozenset({"dokumente"})
-_PARAGRAPH = re.compile(r"\(\s*(\d+[a-z]?)\s*\)(?:\s*(bis|und)\s*\(\s*(\d+[a-z]?)\s*\))?\s*")
+_ONE = r"\d{1,3}(?:\s?[a-z](?![\w.]))?"
+_PARAGRAPH = re.compile(rf"{numbers(_ONE)}\s*")
+_WORD = re.compile(rf"{_ONE}|[,;/–—-]|{JOINING}")
+_IN_WORDS = {"u.": "und", "-": "bis", "–": "bis", "—": "bis"}
 _ASIDE = frozenset({"metadaten", "fussnoten", "TOC"})
 _NOTES = frozenset({"FnR", "Footnotes", "Footnote", "noindex"})
 
@@ -60,9 +73,15 @@ def _paragraphs(content: "Element") -> list[tuple[str, str]]:
         text = words(below, _NOTES)
         match = _PARAGRAPH.match(text)
         if match:
-            found.append((" ".join(filter(None, match.groups())), text[match.end() :]))
+            found.append((_numbered(match.group()), text[match.end() :]))
         elif text and found:
             found[-1] = (found[-1][0], f"{found[-1][1]} {text}")
         elif text:
             found.append(("", text))
     return found
+
+
+def _numbered(text: str) -> str:
+    """`(1 a)` → `1a`, `(2), (3) u. (5)` → `2, 3 und 5`, `(4) - (5)` → `4 bis 5`."""
+    said = (each.replace(" ", "") for each in _WORD.findall(text))
+    return " ".join(_IN_WORDS.get(each, each) for each in said).replace(" ,", ",")

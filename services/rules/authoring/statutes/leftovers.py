@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import msgspec
 
-from services.rules.authoring.statutes.statute import Statute, local, walked, words
+from services.rules.authoring.statutes.statute import Statute, local, numbers, walked, words
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -18,7 +18,8 @@ EXCERPT = 70
 _HOLD_TEXT = frozenset({"p", "P", "Text", "content", "Para", "td", "entry", "LA", "block", "li"})
 
 _PICTURES = frozenset({"img", "Image", "IMG"})
-_NUMBER = re.compile(r"^(?:\(\s*[\w.]+\s*\)(?:\s*(?:bis|und)\s*\(\s*\w+\s*\))?|\d+[a-z]?[.)])\s*")
+_ONE = r"(?:\d+ [a-z](?![\w.])|[\w.]+)"
+_NUMBER = re.compile(rf"^(?:{numbers(_ONE)}|\d+[a-z]?[.)])\s*")
 _GONE = re.compile(
     r"(?:\W*(?:§+|s\.|(?:sub-?)?section|article|art\.|regulation|reg\.|rule|(?:sub-?)?paragraph|para\.?|schedule)\s*[\w().-]*)?"
     r"\W*(?:(?:is|was|has been|wurde|ist)\s+)?(?:repealed|revoked|deleted|omitted|spent|weggefallen|aufgehoben|gestrichen|abrog\w*|"

@@ -124,6 +124,12 @@ def number(text: str) -> str:
     return " ".join(text.replace("§", " ").split()).strip(" ().")
 
 
+def numbers(one: str) -> str:
+    """The pattern of a number in brackets, or of several: `(2)`, `(2) bis (4)`, `(2), (3) u. (5)`, `(2, 3)`."""
+    some = rf"{one}(?:(?:\s*[,;/–—-]\s*|\s+(?:{JOINING})\s+){one})*"
+    return rf"\(\s*{some}\s*\)(?:\s*(?:[,;/–—-]|{JOINING})\s*\(\s*{some}\s*\))*"
+
+
 def walked(root: "Element", skipped: frozenset[str]) -> "Iterator[Element]":
     """Every element in the document's order, without what lies below those of some names."""
     todo = [root]
@@ -134,6 +140,8 @@ def walked(root: "Element", skipped: frozenset[str]) -> "Iterator[Element]":
             todo += reversed(at)
 
 
+JOINING = r"bis|und|u\.|sowie"
+"""German words between the numbers of paragraphs."""
 _LOWERED = "\0"
 """Stands where raised text ends; no XML has it."""
 BLOCKS = frozenset(

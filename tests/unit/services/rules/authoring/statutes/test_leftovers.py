@@ -319,12 +319,39 @@ def test_a_part_of_an_act_tells_its_provisions_where_they_count(tmp_path: Path) 
     assert statute.left == ("does not extend to England, drafted all the same: section-2 (S)",)
 
 
-def test_german_paragraphs_that_are_gone_together_are_left_out(tmp_path: Path) -> None:
-    inside = "<P>(1) Rechts.</P><P>(2) bis (4) (weggefallen)</P><P>( 5 ) Links.</P>"
+@pytest.mark.parametrize(
+    ("numbers", "cited"),
+    [
+        ("(2) bis (4)", "2 bis 4"),
+        ("(2), (3)", "2, 3"),
+        ("(2),(3) und (4)", "2, 3 und 4"),
+        ("(2) u. (3)", "2 und 3"),
+        ("(2) - (4)", "2 bis 4"),
+        ("(2)–(4)", "2 bis 4"),
+        ("(2, 3)", "2, 3"),
+        ("(2 bis 4)", "2 bis 4"),
+        ("(2 a) bis (4)", "2a bis 4"),
+        ("(2) sowie (3a)", "2 sowie 3a"),
+    ],
+)
+def test_german_paragraphs_that_are_gone_together_are_left_out(numbers: str, cited: str, tmp_path: Path) -> None:
+    inside = f"<P>(1) Rechts.</P><P>{numbers} (weggefallen)</P><P>( 5 ) Links.</P>"
     norm = f"<norm><metadaten><enbez>§ 6</enbez></metadaten><textdaten><text><Content>{inside}</Content></text></textdaten></norm>"
     statute = read(tmp_path, GII.format(body=norm))
     assert [each.cited for each in statute.sections] == ["StO § 6 Abs. 1", "StO § 6 Abs. 5"]
-    assert statute.left == ("not in force, left out: StO § 6 Abs. 2 bis 4",)
+    assert statute.left == (f"not in force, left out: StO § 6 Abs. {cited}",)
+
+
+def test_a_german_paragraph_whose_letter_stands_apart_is_one_of_its_own_and_a_year_is_none(tmp_path: Path) -> None:
+    inside = "<P>(1) Im Ort 40 km/h.</P><P>(1999) noch 50 km/h.</P><P>(1 a) Mit Anhänger 30 km/h.</P><P>(2) Sonst 70 km/h.</P>"
+    statute = read(tmp_path, GII.format(body=NORM.format(n=6, text=inside, notes="")))
+    assert {each.cited: each.text for each in statute.sections} == {
+        "StO § 6 Abs. 1": "Im Ort 40 km/h. (1999) noch 50 km/h.",
+        "StO § 6 Abs. 1a": "Mit Anhänger 30 km/h.",
+        "StO § 6 Abs. 2": "Sonst 70 km/h.",
+    }
+    assert [each.key for each in statute.sections] == ["6-1", "6-1a", "6-2"]
+    assert statute.left == ()
 
 
 def test_a_number_of_two_chapters_is_cited_with_its_chapter_and_unnumbered_parts_by_their_place(tmp_path: Path) -> None:
