@@ -50,8 +50,8 @@ def read(root: "Element") -> Statute:
             headings |= {id(below): heading for below in at.iter() if local(below) == "P1"}
         elif local(at) == "P1":
             sections += _provision(at, title, headings.get(id(at), ""))
-        elif _is_whole_schedule(at):
-            sections += _whole_schedule(at, title)
+        elif local(at) == "Schedule":
+            sections += _schedule(at, title)
     statute = Statute(title=title, short=title, language=language, jurisdiction="GBR", sections=tuple(sections))
     beside = _DROPPED | {"IntroductoryText", "SignedSection", "ExplanatoryNotes", "EarlierOrders"}
     return msgspec.structs.replace(statute, left=left + _of_a_part(root) + unread(root, statute, _ASIDE, beside))
@@ -59,15 +59,11 @@ def read(root: "Element") -> Statute:
 
 def _of_a_part(root: "Element") -> tuple[str, ...]:
     """What does not extend to England: it is drafted, and its author has to say where it counts."""
-    placed = [at for at in walked(root, _ASIDE) if local(at) == "P1" or _is_whole_schedule(at)]
+    placed = [at for at in walked(root, _ASIDE) if local(at) == "P1" or _beside(at)]
     extent_of = inherited(root, "RestrictExtent")
     extents = ((at.get("id") or words(child(at, "Pnumber", "Number")), extent_of[id(at)]) for at in placed)
     found = [f"{name} ({extent})" for name, extent in extents if extent and "E" not in extent.split("+")]
     return (f"does not extend to England, drafted all the same: {', '.join(found)}",) if found else ()
-
-
-def _is_whole_schedule(at: "Element") -> bool:
-    return local(at) == "Schedule" and not any(local(below) == "P1" for below in at.iter())
 
 
 def _out_of_force(at: "Element") -> str:
@@ -81,19 +77,28 @@ def _out_of_force(at: "Element") -> str:
     return f"until {end}" if end and over(end, today) else ""
 
 
-def _whole_schedule(at: "Element", title: str) -> Iterator[Section]:
-    """A schedule without paragraphs, such as a table."""
+def _schedule(at: "Element", title: str) -> Iterator[Section]:
+    """What of a schedule stands in no numbered paragraph, such as a table; the paragraphs have their own turn."""
     named = words(child(at, "Number")) or "Schedule"
-    text = " ".join(words(below, _DROPPED) for below in at if local(below) not in ("Number", "TitleBlock", "Reference"))
-    if text.strip(" ."):
+    if text := _beside(at):
         heading = words(first(at, "Title"))
         yield Section(
-            cited=f"{title} {named}",
-            key=named,
-            text=text.strip(),
-            heading=heading,
-            url=_address(at.get("DocumentURI") or ""),
+            cited=f"{title} {named}", key=named, text=text, heading=heading, url=_address(at.get("DocumentURI") or "")
         )
+
+
+def _beside(schedule: "Element") -> str:
+    """The words of the largest parts of a schedule without a numbered paragraph; none of any other element."""
+    todo = list(reversed(schedule)) if local(schedule) == "Schedule" else []
+    found: list[str] = []
+    while todo:
+        at = todo.pop()
+        if any(local(below) == "P1" for below in walked(at, _ASIDE)):
+            todo += reversed(at) if local(at) != "P1" else ()
+        elif local(at) not in ("Number", "TitleBlock", "Reference"):
+            found.append(words(at, _DROPPED))
+    text = " ".join(filter(None, found))
+    return text if text.strip(" .") else ""
 
 
 def _provision(p1: "Element", title: str, heading: str) -> Iterator[Section]:

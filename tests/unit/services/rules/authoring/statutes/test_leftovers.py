@@ -98,6 +98,38 @@ def test_a_british_schedule_without_paragraphs_is_read(tmp_path: Path) -> None:
     assert texts(statute) == {"s. 1": "See it.", "Schedule 3": "Buses: 50."}
 
 
+def test_a_british_schedule_keeps_what_stands_beside_its_numbered_paragraphs(tmp_path: Path) -> None:
+    cells = "<tr><td>A</td><td>Bus</td><td>40</td></tr><tr><td>B</td><td>Coach</td><td>45</td></tr>"
+    quoted = f"<Text>In the Other Act insert—</Text><BlockAmendment>{p1('9', '<Text>Quoted.</Text>')}</BlockAmendment>"
+    paragraph = p1("1", "<Text>Part I is for cars.</Text>").replace("section-1", "schedule-6-part-II-paragraph-1")
+    parts = (
+        f"<Part><Number>Part I</Number><Title>Vehicles</Title><Tabular><table>{cells}</table></Tabular></Part>"
+        f"<Part><Number>Part II</Number><P>{quoted}</P><P1group><Title>Use</Title>{paragraph}</P1group></Part>"
+    )
+    after = (
+        "<Schedules><Schedule RestrictExtent='S'><Number>Schedule 6</Number><TitleBlock><Title>Limits</Title></TitleBlock>"
+        f"<ScheduleBody>{parts}</ScheduleBody></Schedule></Schedules>"
+    )
+    statute = read(tmp_path, CLML.format(body=IN_FORCE, after=after))
+    assert texts(statute) == {
+        "s. 1": "Keep to 30.",
+        "Schedule 6": "Part I A Bus 40 B Coach 45 In the Other Act insert— (9) Quoted.",
+        "Sch. 6 para. 1": "Part I is for cars.",
+    }
+    assert [each.heading for each in statute.sections] == ["", "Limits", "Use"]
+    assert statute.left == (
+        "does not extend to England, drafted all the same: Schedule 6 (S), schedule-6-part-II-paragraph-1 (S)",
+    )
+
+
+@pytest.mark.parametrize("number", ["<Number>Part I</Number>", "<Text>. . . .</Text>"])
+def test_a_british_schedule_of_numbered_paragraphs_alone_has_no_section_of_its_own(number: str, tmp_path: Path) -> None:
+    after = f"<Schedules><Schedule><Number>Schedule 6</Number><Part>{number}{p1('2', '<Text>Stop.</Text>')}</Part></Schedule></Schedules>"
+    statute = read(tmp_path, CLML.format(body=IN_FORCE, after=after))
+    assert texts(statute) == {"s. 1": "Keep to 30.", "s. 2": "Stop."}
+    assert statute.left == ()
+
+
 IN_FORCE = p1("1", "<Text>Keep to 30.</Text>")
 
 
