@@ -14,6 +14,7 @@ from services.rules.authoring.scaffold import TEMPLATE, names_of
 from services.rules.authoring.seal import seal
 from services.rules.authoring.statutes import akomantoso, clml, formulas, gii
 from services.rules.authoring.statutes.leftovers import kept
+from services.rules.authoring.statutes.lists import number_lists
 from services.rules.authoring.statutes.statute import Section, Statute, local, parse
 from services.rules.errors import PackError
 from services.rules.packs.files import write_json
@@ -52,6 +53,7 @@ def read_statute(path: Path) -> Statute:
     root = parse(path)
     for reader in (gii, clml, akomantoso):
         if local(root) in reader.ROOTS:
+            number_lists(root)
             lines = formulas.write_formulas(root)
             found: Statute = kept(reader.read(root))
             if not found.sections:
