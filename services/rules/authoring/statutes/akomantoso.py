@@ -45,7 +45,10 @@ _GONE = frozenset(
         "notinforce",
     }
 )
-_DROPPED = frozenset({"noteRef", "authorialNote", "remark", "del", "num", "heading", "subheading", "crossHeading"})
+_NOTES = frozenset({"noteRef", "authorialNote", "remark", "del"})
+_DROPPED = _NOTES | {"num", "heading", "subheading", "crossHeading"}
+_HOLDS = frozenset({"p", "td", "th", "li"})
+"""What holds the text of a schedule without sections."""
 _LABEL = re.compile(
     r"^\s*(?:articles?|art(?:ikel|[ií]culo|icolo|igo|yku[lł])?\b\.?|sections?|secci[oó]n|sec\.|s\.|rule|regulation|reg\.|regel|par(?:agraa?f)?\b\.?)\s*",
     re.I,
@@ -66,7 +69,11 @@ _LANGUAGES = {
 
 def read(root: "Element") -> Statute:
     """All sections with text."""
-    title = words(first(root, "docTitle")) or words(first(root, "shortTitle")) or _value(root, "FRBRalias", "value")
+    title = (
+        words(first(root, "docTitle"), _NOTES)
+        or words(first(root, "shortTitle"), _NOTES)
+        or _value(root, "FRBRalias", "value")
+    )
     language = _value(root, "FRBRlanguage", "language").lower()
     country = normal_jurisdiction(_value(root, "FRBRcountry", "value")[:2]) or ""
     address = next(
@@ -94,9 +101,9 @@ def read(root: "Element") -> Statute:
 
 def _chapters(root: "Element", wholes: list["Element"]) -> dict[int, str]:
     """The chapter's number of each section whose own number another chapter has too, as in Finland and Sweden."""
-    of = {id(below): words(child(at, "num")) for at in root.iter() if local(at) == "chapter" for below in at.iter()}
-    numbers = Counter(words(child(at, "num")) for at in wholes)
-    return {id(at): chapter for at in wholes if numbers[words(child(at, "num"))] > 1 and (chapter := of.get(id(at)))}
+    of = {id(below): _label(at, "num") for at in root.iter() if local(at) == "chapter" for below in at.iter()}
+    numbers = Counter(_label(at, "num") for at in wholes)
+    return {id(at): chapter for at in wholes if numbers[_label(at, "num")] > 1 and (chapter := of.get(id(at)))}
 
 
 def _is_schedule(at: "Element") -> bool:
@@ -107,7 +114,7 @@ def _schedule(at: "Element", title: str, address: str) -> Iterator[Section]:
     """Its sections or paragraphs, and what stands beside these; a schedule without any is one section."""
     named = next(
         (
-            words(child(each, "num", "heading"))
+            _label(each, "num", "heading")
             for each in at.iter()
             if child(each, "num", "heading") is not None and local(each) not in _PARTS
         ),
@@ -116,16 +123,18 @@ def _schedule(at: "Element", title: str, address: str) -> Iterator[Section]:
     named = named or next((name for each in at.iter() if (name := each.get("name", ""))), "Schedule")
     units = _units(at)
     for place, unit in enumerate(units, 1):
-        own = number(words(child(unit, "num"))) or str(place)
+        own = number(_label(unit, "num")) or str(place)
         if text := _text(unit):
-            heading = words(child(unit, "heading"))
+            heading = _label(unit, "heading")
             yield Section(
                 cited=f"{title} {named} para. {own}", key=f"{named}-{own}", text=text, heading=heading, url=address
             )
     held = {id(below) for unit in units for below in unit.iter()}
-    beside = [
-        words(below, _DROPPED) for below in at.iter() if local(below) in ("p", "td", "li") and id(below) not in held
-    ]
+    beside: list[str] = []
+    for below in walked(at, _DROPPED):
+        if local(below) in _HOLDS and id(below) not in held:
+            beside.append(words(below, _DROPPED))
+            held |= {id(each) for each in below.iter()}
     if text := " ".join(filter(None, beside)):
         yield Section(cited=f"{title} {named}", key=named, text=text, url=address)
 
@@ -176,8 +185,8 @@ def _repealed(root: "Element", today: date) -> str:
 
 
 def _section(at: "Element", title: str, address: str, chapter: str) -> Iterator[Section]:
-    named = words(child(at, "num"))
-    own, heading = number(_LABEL.sub("", named)), words(child(at, "heading"))
+    named = _label(at, "num")
+    own, heading = number(_LABEL.sub("", named)), _label(at, "heading")
     cited = f"§ {own}" if "§" in named else f"{_WHOLE[_kind(at)]} {own}"
     if chapter:
         cited = f"{number(chapter)}:{own} §" if "§" in named else f"ch. {number(chapter)} {cited}"
@@ -190,7 +199,7 @@ def _section(at: "Element", title: str, address: str, chapter: str) -> Iterator[
         own_words = (below for below in at if local(below) not in ("num", "heading", "subheading"))
         lead, tail = around(own_words, lambda below: local(below) in _PARTS, _DROPPED - {"num"})
     for place, part in enumerate(parts or [at], 1):
-        numbered = number(words(child(part, "num"))) or (str(place) if len(parts) > 1 else "") if part is not at else ""
+        numbered = number(_label(part, "num")) or (str(place) if len(parts) > 1 else "") if part is not at else ""
         mark = f" Abs. {numbered}" if "§" in named else f"({numbered})"
         text = _text(part)
         yield Section(
@@ -206,6 +215,11 @@ def _text(part: "Element") -> str:
     """Without the part's own number and heading; numbers of points stay."""
     inside = [below for below in part if local(below) not in ("num", "heading", "subheading")]
     return " ".join(words(below, _DROPPED - {"num"}) for below in inside).strip()
+
+
+def _label(at: "Element", *names: str) -> str:
+    """The words of a number or a heading, without its notes."""
+    return words(child(at, *names), _NOTES)
 
 
 def _kind(at: "Element") -> str:

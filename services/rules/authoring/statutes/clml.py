@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import msgspec
 
 from services.rules.authoring.statutes.extents import inherited, keep_partial
-from services.rules.authoring.statutes.leftovers import in_force, over, unread
+from services.rules.authoring.statutes.leftovers import counted, excerpt, in_force, over, unread
 from services.rules.authoring.statutes.statute import (
     Section,
     Statute,
@@ -41,7 +41,7 @@ def read(root: "Element") -> Statute:
     title = words(first(root, "title"))
     language = words(first(root, "language"))[:2].lower() or "en"
     left = in_force(root, _out_of_force)
-    left += keep_partial(root, _ASIDE - {"BlockAmendment"})
+    left += _versions(root) + keep_partial(root, _ASIDE - {"BlockAmendment"})
     sections = list[Section]()
     headings: dict[int, str] = {}
     for at in walked(root, _ASIDE):
@@ -55,6 +55,20 @@ def read(root: "Element") -> Statute:
     statute = Statute(title=title, short=title, language=language, jurisdiction="GBR", sections=tuple(sections))
     beside = _DROPPED | {"IntroductoryText", "SignedSection", "ExplanatoryNotes", "EarlierOrders"}
     return msgspec.structs.replace(statute, left=left + _of_a_part(root) + unread(root, statute, _ASIDE, beside))
+
+
+def _versions(root: "Element") -> tuple[str, ...]:
+    """Other versions of provisions, mostly of another part of the country; a version without words is a picture of what is read."""
+    versions = [at for at in root.iter() if local(at) == "Version" and words(at)]
+    found = [
+        f"{_inside(at, 'id')} {excerpt(words(at))} ({_inside(at, 'RestrictExtent') or 'no extent'})" for at in versions
+    ]
+    return (f"other versions of provisions, left out: {counted(found)}",) if found else ()
+
+
+def _inside(at: "Element", attribute: str) -> str:
+    """The attribute of the first part that has it, or else the element's own."""
+    return next((value for below in [*list(at.iter())[1:], at] if (value := below.get(attribute))), "")
 
 
 def _of_a_part(root: "Element") -> tuple[str, ...]:

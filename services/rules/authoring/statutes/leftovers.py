@@ -44,7 +44,7 @@ def in_force(root: "Element", why: OutOfForce) -> tuple[str, ...]:
         if reasons:
             _remove(at, frozenset(reasons))
         todo += at
-    return whole(why(root)) + ((f"not in force, left out: {_counted(taken)}",) if taken else ())
+    return whole(why(root)) + ((f"not in force, left out: {counted(taken)}",) if taken else ())
 
 
 def whole(reason: str) -> tuple[str, ...]:
@@ -93,12 +93,12 @@ def unread(root: "Element", statute: Statute, aside: frozenset[str], dropped: fr
         and not any(form in read for form in (text, words(at, dropped - {"num"}), _NUMBER.sub("", text)))
     ]
     pictures = [
-        _excerpt(next((said for name in ("alt", "src", "SRC", "ResourceRef") if (said := at.get(name, ""))), local(at)))
+        excerpt(next((said for name in ("alt", "src", "SRC", "ResourceRef") if (said := at.get(name, ""))), local(at)))
         for at in walked(root, aside | dropped)
         if local(at) in _PICTURES
     ]
-    told = (("not read", [_excerpt(text) for text in dict.fromkeys(missing)]), ("pictures, not read", pictures))
-    return tuple(f"{what}: {_counted(found)}" for what, found in told if found)
+    told = (("not read", [excerpt(text) for text in dict.fromkeys(missing)]), ("pictures, not read", pictures))
+    return tuple(f"{what}: {counted(found)}" for what, found in told if found)
 
 
 def over(text: str, today: date) -> bool:
@@ -110,13 +110,13 @@ def over(text: str, today: date) -> bool:
 
 
 def _named(at: "Element", reason: str) -> str:
-    return f"{local(at)} {_excerpt(words(at))} ({reason})"
+    return f"{local(at)} {excerpt(words(at))} ({reason})"
 
 
-def _excerpt(text: str) -> str:
+def excerpt(text: str) -> str:
     return repr(text if len(text) <= EXCERPT else f"{text[:EXCERPT]}...")
 
 
-def _counted(found: list[str]) -> str:
+def counted(found: list[str]) -> str:
     listed = "; ".join(Counter(found))[:600] if len(found) <= SHOWN else "; ".join(found[:SHOWN]) + "; ..."
     return f"{len(found)} part{'s' if len(found) > 1 else ''}: {listed}"

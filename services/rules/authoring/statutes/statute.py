@@ -145,7 +145,7 @@ JOINING = r"bis|und|u\.|sowie"
 _LOWERED = "\0"
 """Stands where raised text ends; no XML has it."""
 BLOCKS = frozenset(
-    {"P", "DL", "DT", "DD", "LA", "BR", "row", "entry", "Text", "P3", "P4", "P5", "ListItem", "Para",
+    {"P", "DL", "DT", "DD", "LA", "BR", "row", "entry", "Text", "Title", "Number", "P3", "P4", "P5", "ListItem", "Para",
      "p", "num", "heading", "intro", "content", "wrapUp", "list", "point", "paragraph", "subparagraph", "item", "li", "tr", "td", "th",
      "br", "eol", "listIntroduction", "listConclusion"}
 )  # fmt: skip

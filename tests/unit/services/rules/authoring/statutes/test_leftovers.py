@@ -81,6 +81,11 @@ SCHEDULES = {
         "</component></components>",
         {"schedule": "Buses 80"},
     ),
+    "table of paragraphs with a note": (
+        '<components><component><doc name="schedule"><mainBody><table><tr><th>Kind</th></tr><tr><td><p>Buses</p></td>'
+        "<td><p>80<authorialNote><p>Since 1999.</p></authorialNote></p></td></tr></table></mainBody></doc></component></components>",
+        {"schedule": "Kind Buses 80"},
+    ),
 }
 
 
@@ -440,3 +445,30 @@ def test_a_german_statute_that_was_repealed_is_told(kind: str, left: tuple[str, 
     statute = read(tmp_path, law.replace("</metadaten>", f"{state}</metadaten>", 1))
     assert [each.text for each in statute.sections] == ["Rechts fahren."]
     assert statute.left == left
+
+
+def test_other_versions_of_a_british_provision_are_told(tmp_path: Path) -> None:
+    group = f'<P1group RestrictExtent="S"><Title>Cars</Title>{p1("1", "<Text>Keep to 20.</Text>")}</P1group>'
+    picture = '<Version id="v2"><Figure><Image ResourceRef="r1"/></Figure></Version>'
+    bare = '<Version id="v3"><Text>Stop.</Text></Version>'
+    after = f'</Primary><Versions><Version id="v1">{group}</Version>{picture}{bare}</Versions><Primary>'
+    statute = read(tmp_path, CLML.format(body=IN_FORCE, after=after))
+    assert texts(statute) == {"s. 1": "Keep to 30."}
+    assert statute.left == (
+        "other versions of provisions, left out: 2 parts: section-1 'Cars (1) Keep to 20.' (S); v3 'Stop.' (no extent)",
+    )
+
+
+def test_a_note_in_a_title_a_heading_or_a_number_is_no_part_of_it(tmp_path: Path) -> None:
+    note = "<authorialNote><p>Since 1999.</p></authorialNote>"
+    part = f"<paragraph><num>1{note}</num>{said('Keep left.')}</paragraph>"
+    body = f"<section><num>5{note}</num><heading>Cars{note}</heading>{part}</section>"
+    annex = (
+        f"<attachment name='annex'><num>Annex 1{note}</num><paragraph><num>2{note}</num><heading>Vans{note}</heading>"
+    )
+    annex += f"{said('Stop.')}</paragraph></attachment>"
+    law = AKN.format(meta="", body=body, after=annex).replace("Road Act<", f"Road Act{note}<")
+    statute = read(tmp_path, law)
+    assert texts(statute) == {"s. 5(1)": "Keep left.", "Annex 1 para. 2": "Stop."}
+    assert [each.heading for each in statute.sections] == ["Cars", "Vans"]
+    assert statute.left == ()
