@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import msgspec
 
+from services.rules.authoring.statutes.languages import language_of
 from services.rules.authoring.statutes.leftovers import in_force, over, unread
 from services.rules.authoring.statutes.statute import (
     Section,
@@ -54,17 +55,6 @@ _LABEL = re.compile(
     re.I,
 )
 """What some write before a number."""
-_LANGUAGES = {
-    "eng": "en",
-    "deu": "de",
-    "ger": "de",
-    "fra": "fr",
-    "fre": "fr",
-    "nld": "nl",
-    "pol": "pl",
-    "ita": "it",
-    "spa": "es",
-}
 
 
 def read(root: "Element") -> Statute:
@@ -74,12 +64,12 @@ def read(root: "Element") -> Statute:
         or words(first(root, "shortTitle"), _NOTES)
         or _value(root, "FRBRalias", "value")
     )
-    language = _value(root, "FRBRlanguage", "language").lower()
-    country = normal_jurisdiction(_value(root, "FRBRcountry", "value")[:2]) or ""
+    language, told = language_of(_value(root, "FRBRlanguage", "language"))
+    country = normal_jurisdiction(_value(root, "FRBRcountry", "value").partition("-")[0]) or ""
     address = next(
         (uri for name in ("FRBRuri", "FRBRthis") if (uri := _value(root, name, "value")).startswith("http")), ""
     )
-    left = in_force(root, _out_of_force(root))
+    left = told + in_force(root, _out_of_force(root))
     schedules = [at for at in walked(root, _ASIDE) if _is_schedule(at)]
     inside = {id(below) for schedule in schedules for below in schedule.iter()}
     wholes = [at for at in walked(root, _ASIDE) if _kind(at) in _WHOLE and id(at) not in inside]
@@ -91,7 +81,7 @@ def read(root: "Element") -> Statute:
     statute = Statute(
         title=title,
         short=title,
-        language=_LANGUAGES.get(language, language[:2]) or "en",
+        language=language,
         jurisdiction=country if len(country) == 3 else "",
         sections=tuple(sections),
         left=left,

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import msgspec
 
 from services.rules.authoring.statutes.extents import inherited, keep_partial
+from services.rules.authoring.statutes.languages import language_of
 from services.rules.authoring.statutes.leftovers import counted, excerpt, in_force, over, unread
 from services.rules.authoring.statutes.statute import (
     Section,
@@ -39,8 +40,8 @@ _DROPPED = frozenset({"CommentaryRef", "FootnoteRef", "MarginNoteRef", "Repeal",
 def read(root: "Element") -> Statute:
     """All provisions with text that are in force."""
     title = words(first(root, "title"))
-    language = words(first(root, "language"))[:2].lower() or "en"
-    left = in_force(root, _out_of_force)
+    language, told = language_of(words(first(root, "language")))
+    left = told + in_force(root, _out_of_force)
     left += _versions(root) + keep_partial(root, _ASIDE - {"BlockAmendment"})
     sections = list[Section]()
     headings: dict[int, str] = {}
