@@ -7,8 +7,7 @@ from services.rules.authoring.statutes.statute import local, walked
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
-_CHANGES = {"Addition": "{extent}", "Substitution": "{extent}", "Repeal": "repealed: {extent}"}
-"""How the text behind a change tells the part of the country for which alone the change was made (`S`, `E+W`)."""
+_CHANGES = frozenset({"Addition", "Substitution", "Repeal"})
 _LABELS = frozenset({"Pnumber", "Number", "Title"})
 """Elements whose words take no remark: numbers and headings."""
 _KEPT = "RetainedRepeal"
@@ -23,27 +22,30 @@ def inherited(root: "Element", attribute: str) -> dict[int, str]:
 
 
 def keep_partial(root: "Element", aside: frozenset[str]) -> tuple[str, ...]:
-    """Rename each repeal whose text is retained, write a change's extent behind the change, and tell the places of both."""
+    """Rename each repeal whose text is retained, write behind a change for what it is made, and tell the places of both."""
     places, extents = inherited(root, "id"), inherited(root, "RestrictExtent")
     labels = {id(below) for at in root.iter() if local(at) in _LABELS for below in at.iter()}
     told = dict[str, None]()
     for at in walked(root, aside):
-        is_repeal = local(at) == "Repeal"
-        if local(at) not in _CHANGES or (is_repeal and not _is_retained(at)):
+        said = _made_for(at, extents[id(at)]) if local(at) in _CHANGES else ""
+        if not said:
             continue
-        extent = at.get("Extent", "")
-        said = _CHANGES[local(at)].format(extent=extent) if extent and extent != extents[id(at)] else ""
-        if said and id(at) not in labels:
+        if id(at) not in labels:
             _remark(at, said)
-        if is_repeal:
+        if local(at) == "Repeal":
             at.tag = _KEPT
-        if said or is_repeal:
-            told[f"{places[id(at)] or 'a provision without an id'} ({said or 'repealed for some cases'})"] = None
+        told[f"{places[id(at)] or 'a provision without an id'} ({said})"] = None
     return (f"of a part of the country or of some cases only, drafted all the same: {', '.join(told)}",) if told else ()
 
 
-def _is_retained(at: "Element") -> bool:
-    return at.get("RetainText", "").lower() in ("true", "1")
+def _made_for(at: "Element", provisions: str) -> str:
+    """For which part of the country (`S`, `E+W`) or cases alone a change is made; empty: for all of its provision, or its text is gone."""
+    extent = at.get("Extent", "")
+    if local(at) != "Repeal":
+        return extent if extent != provisions else ""
+    if at.get("RetainText", "").lower() not in ("true", "1"):
+        return ""
+    return f"repealed: {extent}" if extent else "repealed for some cases"
 
 
 def _remark(at: "Element", said: str) -> None:

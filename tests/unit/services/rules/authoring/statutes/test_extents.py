@@ -23,8 +23,13 @@ def read(tmp_path: Path, text: str, attributes: str = "") -> Statute:
 @pytest.mark.parametrize("value", ["true", "1"])
 def test_a_repeal_that_retains_its_text_stays_and_is_told_with_its_place(value: str, tmp_path: Path) -> None:
     statute = read(tmp_path, f'Drive no <Repeal RetainText="{value}">faster than 40</Repeal> here.')
-    assert [each.text for each in statute.sections] == ["Drive no faster than 40 here."]
+    assert [each.text for each in statute.sections] == ["Drive no faster than 40 (repealed for some cases) here."]
     assert statute.left == (f"{TOLD}section-1 (repealed for some cases)",)
+
+
+def test_a_retained_repeal_and_what_is_put_in_its_place_stand_apart(tmp_path: Path) -> None:
+    statute = read(tmp_path, 'At <Repeal RetainText="true">40</Repeal><Substitution>30</Substitution> mph.')
+    assert [each.text for each in statute.sections] == ["At 40 (repealed for some cases) 30 mph."]
 
 
 @pytest.mark.parametrize("attributes", ["", 'RetainText="false"', 'Extent="S"'])
