@@ -18,13 +18,13 @@ slv:sl sme:se smo:sm sna:sn snd:sd som:so sot:st spa:es sqi:sq srd:sc srp:sr ssw
 tel:te tgk:tg tgl:tl tha:th tib:bo tir:ti ton:to tsn:tn tso:ts tuk:tk tur:tr twi:tw uig:ug ukr:uk urd:ur uzb:uz ven:ve vie:vi
 vol:vo wel:cy wln:wa wol:wo xho:xh yid:yi yor:yo zha:za zho:zh zsm:ms zul:zu
 """
-_OF_THREE = dict(pair.split(":") for pair in _CODES.split())
+OF_THREE = dict(pair.split(":") for pair in _CODES.split())
 
 
 def language_of(written: str) -> tuple[str, tuple[str, ...]]:
     """Two letters, and what is to be told: a language that has none is taken as English. So is an empty one, untold."""
     code = re.split(r"[-_\s]", written.strip().lower())[0]
-    known = code if code in LANGUAGES else _OF_THREE.get(code, "")
+    known = code if code in LANGUAGES else OF_THREE.get(code, "")
     if known or not code:
         return known or "en", ()
     mend = "mend languages in manifest.json and language in provisions.json"

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from services.rules.authoring.statutes.drafts import read_statute
-from services.rules.authoring.statutes.languages import _OF_THREE, language_of
+from services.rules.authoring.statutes.languages import OF_THREE, language_of
 from services.rules.authoring.statutes.statute import Statute
 from services.rules.authoring.vocabulary import LANGUAGES
 
@@ -49,9 +49,9 @@ def test_a_language_without_two_letters_is_told(law: str, written: str, tmp_path
 
 
 def test_every_code_of_three_letters_leads_to_a_language_that_packs_know() -> None:
-    assert {len(code) for code in _OF_THREE} == {3}
-    assert set(_OF_THREE.values()) <= set(LANGUAGES)
-    assert all(language_of(code) == (two, ()) for code, two in _OF_THREE.items())
+    assert {len(code) for code in OF_THREE} == {3}
+    assert set(OF_THREE.values()) <= set(LANGUAGES)
+    assert all(language_of(code) == (two, ()) for code, two in OF_THREE.items())
 
 
 @pytest.mark.parametrize(
