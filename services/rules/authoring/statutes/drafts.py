@@ -12,9 +12,10 @@ from drivemcp.files.packfiles import FILES, read_regular
 from drivemcp.paths import data
 from services.rules.authoring.scaffold import TEMPLATE, names_of
 from services.rules.authoring.seal import seal
-from services.rules.authoring.statutes import akomantoso, clml, formulas, gii
+from services.rules.authoring.statutes import akomantoso, clml, gii
 from services.rules.authoring.statutes.leftovers import kept
-from services.rules.authoring.statutes.lists import number_lists
+from services.rules.authoring.statutes.marks import formulas
+from services.rules.authoring.statutes.marks.lists import number_lists
 from services.rules.authoring.statutes.statute import Section, Statute, local, parse
 from services.rules.errors import PackError
 from services.rules.packs.files import write_json

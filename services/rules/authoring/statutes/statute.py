@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import msgspec
 
-from services.rules.authoring.statutes.raised import RAISED, raised
+from services.rules.authoring.statutes.marks.raised import RAISED, raised
 from services.rules.errors import PackError
 
 if TYPE_CHECKING:

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from services.rules.authoring.statutes.drafts import read_statute
-from services.rules.authoring.statutes.formulas import MAX_DEPTH
+from services.rules.authoring.statutes.marks.formulas import MAX_DEPTH
 from services.rules.authoring.statutes.statute import Statute
 
 AKN = (

@@ -1,0 +1,1 @@
+"""Marks within the text of a statute: formulas, raised text, numbers of lists."""
