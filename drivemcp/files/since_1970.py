@@ -4,7 +4,9 @@ import re
 from collections.abc import Sequence
 from datetime import UTC, datetime
 
-_LEAST = ((9e17, 1e9), (1e17, 1e7), (1e14, 1e6), (1e11, 1e3))
+_LEAST = ((1e17, 1e9), (1e14, 1e6), (1e11, 1e3))
+_TICKS = ((1.2e17, 1.4e17), (6.2e17, 6.6e17))
+"""Of 100 ns since 1601, as Windows counts, in the years 1981 to 2044, and since the year 1, as .NET does, in the years 1965 to 2092."""
 UNTOLD_TO = _LEAST[-1][0]
 """Up to this number a time may count anything from any beginning."""
 _DATE = re.compile(r"((?:19|20)\d{12})(\d{3})?(?:[.,](\d+))?", re.ASCII)
@@ -14,8 +16,9 @@ _DAYS = ((20_000.0, 80_000.0), (700_000.0, 770_000.0), (2_430_000.0, 2_490_000.0
 
 
 def counts_per_s(value: float) -> float:
-    """How many of a time's unit are in a second: of nano-, micro- and milliseconds since 1970, and of ticks of 100 ns, which Windows
-    counts since 1601 and .NET since the year 1; 1 for every smaller number."""
+    """How many of a time's unit are in a second: of nano-, micro- and milliseconds since 1970, and of ticks; 1 for smaller numbers."""
+    if any(least < value < most for least, most in _TICKS):
+        return 1e7
     return next((per_s for least, per_s in _LEAST if value > least), 1.0)
 
 
