@@ -12,7 +12,7 @@ from operator import xor
 from typing import Any, NamedTuple
 
 from services.can.errors import ProfileError
-from services.can.signals.extract import Place, place_of
+from services.can.profiles.extract import Place, place_of
 
 
 class Covered(NamedTuple):

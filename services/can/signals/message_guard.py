@@ -4,10 +4,10 @@ from collections.abc import Callable
 from typing import Any
 
 from services.can.errors import ProfileError
+from services.can.profiles.extract import extractor, signal_of
 from services.can.profiles.profile import ChecksumRule, FieldRule, MessageRule
 from services.can.signals import reasons
 from services.can.signals.checksum import KINDS, checker
-from services.can.signals.extract import extractor, signal_of
 
 STUCK_AFTER = 3
 """So many frames in a row with the same counter mean a sender that repeats itself."""

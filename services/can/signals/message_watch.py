@@ -3,9 +3,9 @@
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from services.can.profiles.extract import extractor, read_all
 from services.can.profiles.profile import MessageRule
 from services.can.signals import reasons
-from services.can.signals.extract import extractor, read_all
 from services.can.signals.field import Field
 from services.can.signals.message_guard import Guard, guard_for
 from services.can.signals.source import source, usable

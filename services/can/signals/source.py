@@ -5,8 +5,8 @@ from statistics import fmean
 from typing import Any
 
 from services.can.errors import ProfileError
+from services.can.profiles.extract import signal_of
 from services.can.profiles.profile import FieldRule, transform
-from services.can.signals.extract import signal_of
 
 Sample = Callable[[Mapping[str, float]], float | None]
 """Signal name -> physical value, choices as numbers; gives the field's value, None for a value that has no meaning."""

@@ -12,8 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from services.can.errors import ProfileError
+from services.can.profiles.extract import place_of
 from services.can.signals.checksum import KINDS, Covered, checker
-from services.can.signals.extract import place_of
 
 
 @cache

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 
 from services.can.errors import ProfileError
 from services.can.profiles.dbc import Dbc
+from services.can.profiles.extract import extractor, place_of, read_all
 from services.can.profiles.profile import find_description
-from services.can.signals.extract import extractor, place_of, read_all
 
 opendbc = pytest.importorskip("opendbc")
 FOLDER = Path(opendbc.__file__).parent / "dbc"
