@@ -11,10 +11,10 @@ from functools import cache
 from typing import Any, Literal, NamedTuple
 
 from services.can.errors import ProfileError
+from services.can.profiles.void import FLOAT_EXPONENT, Void, void_of
 
 Raw = Callable[[bytes], int]
 Read = Callable[[bytes], float]
-Void = Callable[[int], bool]
 
 NAMES: dict[str, Any] = {
     "__builtins__": {},
@@ -24,18 +24,6 @@ NAMES: dict[str, Any] = {
     "float64": struct.Struct(">d").unpack,
 }
 """All that an expression may call."""
-FLOAT_EXPONENT = {16: 0x7C00, 32: 0x7F80_0000, 64: 0x7FF0_0000_0000_0000}
-"""All bits of the exponent set: infinite or no number (IEEE 754)."""
-VOID_NAMES = frozenset({
-    "sna", "notavailable", "signalnotavailable", "datanotavailable", "unavailable", "invalid", "signalinvalid",
-    "invaliddata", "invalidvalue", "nichtverfuegbar", "nichtverfügbar", "ungueltig", "ungültig", "fehlerwert", "initwert",
-})  # fmt: skip
-"""What value tables call a raw value that is no measurement, in small letters without blanks and signs."""
-VOID_OF_A_QUANTITY = VOID_NAMES | {
-    "error", "fehler", "fault", "failure", "sensorfault", "sensordefective", "notvalid", "undefined", "undefiniert", "notdefined",
-    "na", "init", "initialisation", "initialization", "reserved", "ungueltigerwert", "ungültigerwert",
-}  # fmt: skip
-"""The same for a signal with a unit. Of one without, a fault may be what it reports."""
 
 
 class Place(NamedTuple):
@@ -73,7 +61,7 @@ def extractor(message: Any, signal: Any, *, j1939: bool = False) -> Extractor:
     float of no known size, and selectors that are absent or go round in a circle.
     """
     raw, text = _raw(signal), _physical(message, signal)
-    selectors, void = _selectors(message, signal), _void(signal, j1939)
+    selectors, void = _selectors(message, signal), void_of(signal, j1939=j1939)
     return Extractor(signal.name, _end(message, signal), _compiled(raw), _compiled(text), text, selectors, void)
 
 
@@ -153,28 +141,3 @@ def _selectors(message: Any, signal: Any) -> tuple[tuple[Raw, frozenset[int]], .
 def _end(message: Any, signal: Any) -> int:
     """So many bytes a frame must have: for the signal and its selectors."""
     return max(place_of(each).end for each in (signal, *(selector for _, selector in _selected(message, signal))))
-
-
-def _void(signal: Any, j1939: bool) -> Void | None:
-    if signal.is_float:
-        infinite = FLOAT_EXPONENT[signal.length]
-        return lambda raw: raw & infinite == infinite
-    names = VOID_OF_A_QUANTITY if signal.unit else VOID_NAMES
-    named = frozenset(raw for raw, text in (signal.choices or {}).items() if _plain(str(text)) in names)
-    floor = _j1939_floor(signal) if j1939 else None
-    if floor is not None:
-        return lambda raw: raw >= floor or raw in named
-    return named.__contains__ if named else None
-
-
-def _j1939_floor(signal: Any) -> int | None:
-    """From this raw value on there is no measurement: error, not available, reserved (SAE J1939-71, table 1)."""
-    if signal.is_signed:
-        return None
-    if signal.length >= 8:
-        return 0xFB << (int(signal.length) - 8)
-    return {2: 0b10, 4: 0xE}.get(int(signal.length))
-
-
-def _plain(text: str) -> str:
-    return "".join(each for each in text.lower() if each.isalnum())
