@@ -1,17 +1,33 @@
 """The description of a bus (DBC, ARXML, KCD, SYM; several are merged), indexed by id and by signal name."""
 
 import logging
+from collections.abc import Iterator, Mapping
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Any
-
-from cantools.database.errors import Error as CantoolsError
+from typing import Any, NamedTuple
 
 from drivemcp.errors import UserError
 from drivemcp.files.bus_description import Key, key_of, load_description, unsound
 from services.can.errors import MalformedFrame, ProfileError
+from services.can.profiles.extract import Extractor, extractor
 
 logger = logging.getLogger(__name__)
+NOT_AVAILABLE = "not available"
+"""Told for a raw value that is no measurement and has no name."""
+
+
+class _Reader(NamedTuple):
+    """A signal, and the names of its raw values."""
+
+    extractor: Extractor
+    names: Mapping[int, Any]
+
+    def tell(self, data: bytes) -> float | str:
+        """The value as it is told; one that is no measurement is never a number."""
+        raw, void = self.extractor.raw(data), self.extractor.void
+        if raw in self.names:
+            return str(self.names[raw])
+        return NOT_AVAILABLE if void is not None and void(raw) else self.extractor.read(data)
 
 
 class Dbc:
@@ -33,6 +49,7 @@ class Dbc:
         self._groups: dict[int, Any] = {}
         self._signals: dict[str, dict[tuple[Key, str], tuple[Any, Any]]] = {}
         self._of_message: dict[tuple[str, str], tuple[Any, Any]] = {}
+        self._readers: dict[Key, tuple[_Reader, ...]] = {}
         for path, database in zip(paths, databases, strict=True):
             self.broken |= _broken(path, database)
             for message in database.messages:
@@ -84,7 +101,7 @@ class Dbc:
 
     def decode(self, arbitration_id: int, data: bytes, *, extended: bool | None = None) -> dict[str, float | str]:
         """Every signal of a frame, named choices as text; `extended` None: whichever is described. Raises
-        MalformedFrame where frame and description do not fit.
+        MalformedFrame where none is described, or the frame is shorter than its description.
         """
         wanted = (False, True) if extended is None else (extended,)
         message = next((found for each in wanted if (found := self.find((each, arbitration_id)))), None)
@@ -92,11 +109,24 @@ class Dbc:
             raise MalformedFrame(f"no message with id 0x{arbitration_id:X} in the bus description")
         if len(data) < message.length:
             raise MalformedFrame(f"{message.name} has {message.length} bytes, not {len(data)}")
-        try:
-            decoded = message.decode(data[: message.length], decode_choices=True)
-        except (CantoolsError, ValueError, KeyError) as error:
-            raise MalformedFrame(f"{message.name}: {error}") from error
-        return {name: value if isinstance(value, int | float) else str(value) for name, value in decoded.items()}
+        return self.signals_in(message, data)
+
+    def signals_in(self, message: Any, data: bytes) -> dict[str, float | str]:
+        """The signals that a frame of a described message holds, named choices and voids as text."""
+        key, data = key_of(message), data[: message.length]
+        if key not in self._readers:
+            self._readers[key] = tuple(self._readers_of(message))
+        there = (each for each in self._readers[key] if each.extractor.end <= len(data))
+        return {each.extractor.name: each.tell(data) for each in there if each.extractor.in_frame(data)}
+
+    def _readers_of(self, message: Any) -> Iterator[_Reader]:
+        for signal in message.signals:
+            try:
+                one = extractor(message, signal, j1939=self.is_j1939(message))
+            except ProfileError as error:
+                logger.warning("%s; the signal is left out", error)
+            else:
+                yield _Reader(one, {} if signal.is_float else signal.choices or {})
 
 
 def pgn_of(arbitration_id: int) -> int:

@@ -145,3 +145,37 @@ def test_two_messages_of_one_id_are_told_and_only_the_first_feeds_fields(
         else:
             with pytest.raises(ProfileError, match="field speed_mps: Drive has the id 0x100 of Motion"):
                 Board({"can0": dbc}, profile)
+
+
+GROUP = """VERSION ""
+BU_: A
+BO_ 2566844926 Group: 8 A
+ SG_ Speed : 8|16@1+ (0.00390625,0) [0|250.996] "km/h" A
+ SG_ Gear : 24|8@1- (1,0) [-125|125] "" A
+VAL_ 2566844926 Gear 0 "Neutral" -5 "SNA" ;
+"""
+FLOATS = """VERSION ""
+BU_: A
+BO_ 256 Motion: 8 A
+ SG_ Speed : 0|32@1- (1,0) [0|0] "m/s" A
+ SG_ Level : 32|8@1- (0.5,0) [0|0] "l" A
+SIG_VALTYPE_ 256 Speed : 1;
+VAL_ 256 Level 255 "SNA" ;
+"""
+
+
+def test_a_top_value_of_j1939_is_told_as_not_available(tmp_path: Path) -> None:
+    (tmp_path / "a.dbc").write_text(GROUP, encoding="utf-8")
+    dbc = Dbc(tmp_path / "a.dbc", protocol="j1939")
+    assert dbc.decode(0x18FEF100, b"\xff\x00\x64\x00" + bytes(4)) == {"Speed": 100.0, "Gear": "Neutral"}
+    assert dbc.decode(0x18FEF100, b"\xff\xff\xff\xfb" + bytes(4)) == {"Speed": "not available", "Gear": "SNA"}
+    assert Dbc(tmp_path / "a.dbc").decode(0x18FEF1FE, b"\xff\xff\xff\x01" + bytes(4))["Speed"] == 0xFFFF / 256
+
+
+def test_a_float_that_is_no_number_and_a_void_of_the_other_sign_are_no_numbers(tmp_path: Path) -> None:
+    (tmp_path / "a.dbc").write_text(FLOATS, encoding="utf-8")
+    dbc = Dbc(tmp_path / "a.dbc")
+    assert dbc.decode(256, bytes.fromhex("0000484104000000")) == {"Speed": 12.5, "Level": 2.0}
+    for number in ("0000C07F", "0000807F"):
+        told = dbc.decode(256, bytes.fromhex(f"{number}FF000000"))
+        assert told == {"Speed": "not available", "Level": "not available"}

@@ -4,8 +4,10 @@ import gzip
 import tempfile
 from collections.abc import Callable, Iterable
 from pathlib import Path
+from typing import Any
 
 import can
+import msgspec
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -251,3 +253,46 @@ def test_an_unknown_signal_is_told_with_what_to_do(
 ) -> None:
     with pytest.raises(UserError, match=why):
         series(write(tmp_path / "drive.blf", drive), vehicle_of(), signal, 10, message_name)
+
+
+VOIDS = """VERSION ""
+BU_: A
+BO_ 256 Motion: 8 A
+ SG_ Speed : 0|16@1+ (0.01,0) [0|0] "km/h" A
+ SG_ Float : 32|32@1- (1,0) [0|0] "m/s" A
+SIG_VALTYPE_ 256 Float : 1;
+VAL_ 256 Speed 65535 "SNA" ;
+"""
+
+
+@pytest.fixture
+def described(profile: Profile, book: DtcBook, tmp_path: Path) -> Callable[..., Vehicle]:
+    """A vehicle of which all may be told, of a given description."""
+
+    def make(text: str, **options: Any) -> Vehicle:
+        (tmp_path / "car.dbc").write_text(text, encoding="utf-8")
+        privacy = Privacy(salt=b"s" * 32, raw_access=True, **options)
+        return Vehicle(
+            {"can0": Dbc(tmp_path / "car.dbc")},
+            msgspec.structs.replace(profile, fields={}),
+            book,
+            lambda *_: None,
+            privacy=privacy,
+        )
+
+    return make
+
+
+def test_what_is_no_measurement_is_counted_by_its_name_and_not_averaged(
+    described: Callable[..., Vehicle], tmp_path: Path
+) -> None:
+    sound, void = bytes.fromhex("1027000000004841"), bytes.fromhex("FFFF00000000C07F")
+    frames = [message(0.1 * n, 256, sound if n < 5 else void) for n in range(8)]
+    path, car = write(tmp_path / "void.log", frames), described(VOIDS)
+    rows = {each.name: each for each in analyse(path, car).signals}
+    for name, value, words in (("Speed", 100.0, "SNA"), ("Float", 12.5, "not available")):
+        row = rows[name]
+        assert (row.min, row.max, row.mean, row.last, row.samples) == (value, value, value, value, 5)
+        assert row.values == {words: 3}
+        found = series(path, car, name, 10)
+        assert (found.min, found.max, found.mean, found.points[-1].value) == (value, value, value, words)
