@@ -1,6 +1,7 @@
 """A bus description (DBC, ARXML, KCD, SYM) as cantools reads it, with what a strict reading would refuse."""
 
 import logging
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,7 @@ from cantools.database import load_file
 from cantools.database.errors import Error as CantoolsError
 
 from drivemcp.errors import UserError
+from drivemcp.files.dbc_text import SHORT, multiplexed
 from drivemcp.files.encodings import encoding_of
 from drivemcp.files.foreign import foreign
 
@@ -37,7 +39,39 @@ def load_description(path: Path) -> Any:
         why = foreign(content, "description", xml=True) or _why(error)
         raise UserError(f"{path.name} cannot be read as a bus description: {why}") from error
     _mark_j1939(database)
+    _mark_multiplexed(database, content.decode(encoding_of(content), errors="replace"))
     return database
+
+
+def _mark_multiplexed(database: Any, text: str) -> None:
+    """Keep of a DBC's signals that they are multiplexed also where no selector is said; cantools takes them for always there."""
+    written = multiplexed(text)
+    for message in database.messages if written else ():
+        for signal in message.signals:
+            value = written.get((key_of(message), signal.name[:SHORT]))
+            if value is not None and not signal.multiplexer_signal:
+                signal.multiplexer_ids = [value]
+
+
+def selections(message: Any, signal: Any) -> Iterator[tuple[Any, Any]]:
+    """(signal, its selector), and so on: a selector may itself be selected by another. Raises UserError where the description
+    does not say by which signal, or names one that is absent or goes round in a circle.
+    """
+    names = {signal.name}
+    while signal.multiplexer_ids or signal.multiplexer_signal:
+        name, place = signal.multiplexer_signal, f"{message.name}.{signal.name}"
+        if not name or not signal.multiplexer_ids:
+            raise UserError(
+                f"{place}: multiplexed, but by which signal is not said; mark one signal with M, or add SG_MUL_VAL_"
+            )
+        selector = next((each for each in message.signals if each.name == name), None)
+        if selector is None:
+            raise UserError(f"{place}: selected by {name!r}, which is not in the message")
+        if name in names:
+            raise UserError(f"{place}: selected by {name!r}, which it selects itself")
+        names.add(name)
+        yield signal, selector
+        signal = selector
 
 
 def _mark_j1939(database: Any) -> None:

@@ -11,7 +11,7 @@ from msgspec.structs import replace
 
 from domain.units import MPS_PER, MPS_PER_KNOT
 from drivemcp.errors import UserError
-from drivemcp.files.bus_description import key_of, load_description, unsound
+from drivemcp.files.bus_description import key_of, load_description, selections, unsound
 from drivemcp.files.can_logs.log import CHANNELS_LOOK, CanLog, check_log, listed
 from drivemcp.files.folders import files_beside
 from drivemcp.paths import data
@@ -83,6 +83,10 @@ def speed_signal(dbc: Path | None, signal: str, unit: str) -> SpeedSignal:
     message, speed = found[0]
     if why := unsound(path, database).get(key_of(message)):
         raise UserError(f"{path}: the message of {speed.name} is described wrongly: {why}")
+    try:
+        list(selections(message, speed))
+    except UserError as error:
+        raise UserError(f"{path}: {error}") from error
     factor = _factor(path, speed.name, unit or speed.unit or "")
     return SpeedSignal(
         path, speed.name, message.frame_id, message.is_extended_frame, message.protocol == "j1939", message.name, factor

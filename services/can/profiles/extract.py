@@ -6,10 +6,12 @@ signals of a message are read by one call.
 
 import math
 import struct
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from functools import cache
 from typing import Any, Literal, NamedTuple
 
+from drivemcp.errors import UserError
+from drivemcp.files.bus_description import selections
 from services.can.errors import ProfileError
 from services.can.profiles.void import FLOAT_EXPONENT, Void, void_of
 
@@ -83,12 +85,15 @@ def place_of(signal: Any) -> Place:
     return Place(first // 8, last // 8 + 1, 7 - last % 8, mask, "big")
 
 
-def _raw(signal: Any) -> str:
-    """The signal's bits as a whole number."""
+def _bits(signal: Any) -> str:
+    """The signal's bits as a whole number without a sign."""
     first, end, shift, mask, order = place_of(signal)
     word = f"data[{first}]" if end - first == 1 else f"number(data[{first}:{end}], {order!r})"
-    bits = f"({word} >> {shift} & {mask})" if shift else f"({word} & {mask})"
-    sign = 1 << (signal.length - 1)
+    return f"({word} >> {shift} & {mask})" if shift else f"({word} & {mask})"
+
+
+def _raw(signal: Any) -> str:
+    bits, sign = _bits(signal), 1 << (signal.length - 1)
     return f"(({bits} ^ {sign}) - {sign})" if signal.is_signed and not signal.is_float else bits
 
 
@@ -109,18 +114,12 @@ def _compiled(expression: str) -> Any:
     return eval(f"lambda data: {expression}", NAMES)
 
 
-def _selected(message: Any, signal: Any) -> Iterator[tuple[Any, Any]]:
-    """(signal, its selector), and so on: a selector may itself be selected by another. Raises ProfileError."""
-    names = {signal.name}
-    while name := signal.multiplexer_signal:
-        selector = next((each for each in message.signals if each.name == name), None)
-        if selector is None:
-            raise ProfileError(f"{message.name}.{signal.name}: selected by {name!r}, which is not in the message")
-        if name in names:
-            raise ProfileError(f"{message.name}.{signal.name}: selected by {name!r}, which it selects itself")
-        names.add(name)
-        yield signal, selector
-        signal = selector
+def _selected(message: Any, signal: Any) -> tuple[tuple[Any, Any], ...]:
+    """(signal, its selector), and so on. Raises ProfileError."""
+    try:
+        return tuple(selections(message, signal))
+    except UserError as error:
+        raise ProfileError(str(error)) from error
 
 
 def signal_of(message: Any, name: str) -> Any:
@@ -132,8 +131,9 @@ def signal_of(message: Any, name: str) -> Any:
 
 
 def _selectors(message: Any, signal: Any) -> tuple[tuple[Raw, frozenset[int]], ...]:
+    """A selector's value is that of its bits, whatever its sign and scale."""
     return tuple(
-        (_compiled(_raw(selector)), frozenset(selected.multiplexer_ids))
+        (_compiled(_bits(selector)), frozenset(selected.multiplexer_ids))
         for selected, selector in _selected(message, signal)
     )
 

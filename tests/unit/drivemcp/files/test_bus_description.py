@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from drivemcp.errors import UserError
-from drivemcp.files.bus_description import load_description, unsound
+from drivemcp.files.bus_description import load_description, selections, unsound
 
 DBC = 'VERSION ""\nBU_: ECU\nBO_ 256 Motion: {length} ECU\n SG_ Speed : 0|{bits}@1+ (0.01,0) [0|300] "km/h" ECU\n'
 
@@ -55,3 +55,40 @@ def test_the_encoding_that_xml_names_counts(tmp_path: Path, encoding: str) -> No
     )
     path.write_bytes(f"{head}{message}</NetworkDefinition>".encode(encoding))
     assert load_description(path).messages[0].signals[0].unit == "°C"
+
+
+HEAD = 'VERSION ""\nBU_: A\nBO_ 291 M: 8 A\n'
+SPEED = ' SG_ Speed m1 : 8|16@1+ (0.01,0) [0|0] "km/h" A\n'
+SELECTOR = ' SG_ {0} : {1}|4@1+ (1,0) [0|0] "" A\n'
+
+
+@pytest.mark.parametrize("selectors", [("S M", "T M"), ("S", "T"), ("S m0M",)])
+def test_a_multiplexed_signal_without_one_clear_selector_is_refused_with_what_to_do(
+    tmp_path: Path, selectors: tuple[str, ...]
+) -> None:
+    path = tmp_path / "car.dbc"
+    path.write_text(HEAD + "".join(SELECTOR.format(name, 4 * at) for at, name in enumerate(selectors)) + SPEED)
+    (message,) = load_description(path).messages
+    with pytest.raises(UserError, match="by which signal is not said; mark one signal with M, or add SG_MUL_VAL_"):
+        list(selections(message, message.get_signal_by_name("Speed")))
+    assert len(message.signals) == len(selectors) + 1
+
+
+def test_a_multiplexed_signal_of_a_long_name_is_refused_without_a_selector(tmp_path: Path) -> None:
+    path, long = tmp_path / "car.dbc", "VehicleSpeedMeasuredByTheAntiLockBrakes"
+    attribute = (
+        'BA_DEF_ SG_ "SystemSignalLongSymbol" STRING ;\nBA_DEF_DEF_ "SystemSignalLongSymbol" "";\n'
+        f'BA_ "SystemSignalLongSymbol" SG_ 291 {long[:32]} "{long}";\n'
+    )
+    path.write_text(HEAD + SPEED.replace("Speed", long[:32]) + attribute)
+    (message,) = load_description(path).messages
+    with pytest.raises(UserError, match=f"M.{long}: multiplexed"):
+        list(selections(message, message.signals[0]))
+
+
+def test_a_multiplexed_signal_with_one_selector_is_selected_by_it(tmp_path: Path) -> None:
+    path = tmp_path / "car.dbc"
+    path.write_text(HEAD + SELECTOR.format("S M", 0) + SPEED)
+    (message,) = load_description(path).messages
+    ((_, selector),) = selections(message, message.get_signal_by_name("Speed"))
+    assert selector.name == "S"

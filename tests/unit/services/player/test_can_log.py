@@ -179,6 +179,12 @@ def test_a_file_that_is_no_can_log_is_told_in_one_line(tmp_path: Path, name: str
         (DBC, "Speed", "", r"has no signal 'Speed'; its speeds: RoadSpeed"),
         (DBC, "", "", "needs --speed-signal; its speeds: RoadSpeed"),
         (DBC, "Odd", "", "in 'furlong'; give --speed-unit"),
+        (
+            DBC.replace("RoadSpeed :", "RoadSpeed m1 :"),
+            "RoadSpeed",
+            "",
+            "Chassis.RoadSpeed: multiplexed, but by which signal",
+        ),
     ],
 )
 def test_a_bus_description_that_cannot_be_used_is_told(

@@ -179,3 +179,28 @@ def test_a_float_that_is_no_number_and_a_void_of_the_other_sign_are_no_numbers(t
     for number in ("0000C07F", "0000807F"):
         told = dbc.decode(256, bytes.fromhex(f"{number}FF000000"))
         assert told == {"Speed": "not available", "Level": "not available"}
+
+
+def test_a_multiplexed_signal_without_a_selector_is_left_out_and_feeds_no_field(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    other = ' SG_ Count : 16|8@1+ (1,0) [0|0] "" A\n'
+    (tmp_path / "car.dbc").write_text(DBC.replace("Speed :", "Speed m1 :") + other, encoding="utf-8")
+    dbc = Dbc(tmp_path / "car.dbc")
+    assert dbc.decode(256, bytes(8)) == {"Count": 0}
+    assert "Motion.Speed: multiplexed, but by which signal is not said" in caplog.text
+    rule = FieldRule(signal="Speed", vss="Vehicle.Speed", unit="m/s", minimum=0.0, maximum=80.0)
+    vehicle = VehicleRow(tyre_nominal_bar=(2.4, 2.4, 2.4, 2.4))
+    profile = Profile(
+        name="x", buses={"can0": BusRule(description="car.dbc")}, vehicle=vehicle, fields={"speed_mps": rule}
+    )
+    with pytest.raises(ProfileError, match="by which signal is not said"):
+        Board({"can0": dbc}, profile)
+
+
+def test_a_scaled_selector_selects_the_same_signals_for_tools_as_for_fields(tmp_path: Path) -> None:
+    selector = ' SG_ S M : 16|8@1+ (1,1) [0|0] "" A\n'
+    (tmp_path / "car.dbc").write_text(DBC.replace("Speed :", "Speed m1 :") + selector, encoding="utf-8")
+    dbc = Dbc(tmp_path / "car.dbc")
+    assert dbc.decode(256, b"\xd0\x07\x01" + bytes(5)) == {"Speed": pytest.approx(20.0), "S": 2}
+    assert dbc.decode(256, b"\xd0\x07\x00" + bytes(5)) == {"S": 1}

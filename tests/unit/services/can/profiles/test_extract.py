@@ -115,3 +115,14 @@ def test_a_description_cannot_bring_in_code() -> None:
 
 def test_the_public_descriptions_are_found_for_tests() -> None:
     assert find_description("vw_pq.dbc", Path("none/profile.toml")).is_file()
+
+
+@pytest.mark.parametrize(
+    ("scale", "number", "heard"), [("@1- (1,0)", 255, 0xFF), ("@1+ (1,1)", 1, 1), ("@1+ (0.5,0)", 3, 3)]
+)
+def test_a_selector_selects_by_its_bits_whatever_its_sign_and_scale(scale: str, number: int, heard: int) -> None:
+    signals = f' SG_ S M : 0|8{scale} [0|0] "" A\n SG_ Speed m{number} : 8|16@1+ (0.01,0) [0|0] "km/h" A\n'
+    database: Any = load_string(f'VERSION ""\nBU_: A\nBO_ 291 M: 8 A\n{signals}', "dbc")
+    message = database.messages[0]
+    speed = extractor(message, message.get_signal_by_name("Speed"))
+    assert [speed.in_frame(bytes([each]) + bytes(7)) for each in (heard, heard - 1)] == [True, False]
