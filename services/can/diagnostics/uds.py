@@ -32,6 +32,8 @@ FLAGS = (
     "test_not_completed_since_last_clear", "test_failed_since_last_clear",
     "test_not_completed_this_operation_cycle", "warning_indicator_requested",
 )  # fmt: skip
+FAILED = frozenset(FLAGS) - {"test_not_completed_since_last_clear", "test_not_completed_this_operation_cycle"}
+"""One of them says that a code's test failed, now or before; of any other code a unit only lists that it has such a test."""
 _CODE = re.compile(r"([PCBU])([0-3])([0-9A-F])([0-9A-F]{2})(?:-([0-9A-F]{2}))?")
 
 

@@ -75,12 +75,14 @@ class Codes:
 
 
 def _codes(answer: bytes) -> tuple[str, ...]:
+    """Those that an answer reports as faults."""
     if obd.is_list(answer):
         return obd.codes(answer)
     if not answer.startswith(b"\x59\x02"):
         return ()
     try:
-        return tuple(row["code"] for row in uds.words(BY_STATUS, answer)["codes"])
+        rows = uds.words(BY_STATUS, answer)["codes"]
+        return tuple(row["code"] for row in rows if not uds.FAILED.isdisjoint(row["status"]))
     except MalformedFrame:
         return ()
 

@@ -125,6 +125,28 @@ def test_codes_of_every_protocol_are_seen_with_their_time(
     assert (fault.first_seen_s, fault.last_seen_s) == pytest.approx((5.0, 7.0), abs=0.001)
 
 
+@pytest.mark.parametrize(
+    ("status", "seen"),
+    [
+        (0x00, False),
+        (0x10, False),
+        (0x40, False),
+        (0x50, False),
+        (0x01, True),
+        (0x04, True),
+        (0x08, True),
+        (0x58, True),
+        (0x20, True),
+    ],
+)
+def test_a_code_whose_test_never_failed_is_no_trouble_code(
+    status: int, seen: bool, vehicle_of: VehicleOf, tmp_path: Path
+) -> None:
+    answer = bytes([0x07, 0x59, 0x02, 0xFF, 0x01, 0x33, 0x11, status])
+    found = analyse(write(tmp_path / "codes.log", [message(0.0, 0x7E8, answer)]), vehicle_of())
+    assert [each.code for each in found.obd_dtcs] == ["P0133"] * seen
+
+
 def test_a_signal_over_its_time_has_first_and_last_and_no_more_points_than_asked(
     drive: list[can.Message], vehicle_of: VehicleOf, tmp_path: Path
 ) -> None:
