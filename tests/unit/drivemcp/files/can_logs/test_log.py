@@ -222,6 +222,35 @@ def test_a_clock_that_is_set_during_a_log_costs_no_time_of_the_drive(tmp_path: P
     assert "the clock was set" in log.summary
 
 
+@pytest.mark.parametrize("step_s", [0.01, 0.05, 0.1])
+def test_a_second_log_in_the_file_goes_on_behind_the_first_however_short_that_is(tmp_path: Path, step_s: float) -> None:
+    log = candump(tmp_path / "two.log", [step_s * n for n in (*range(10), *range(10))])
+    assert [record.at_s for record in log] == pytest.approx([step_s * n for n in range(20)], abs=1e-6)
+    assert "record 11: its time jumps by -" in log.summary
+
+
+def test_a_second_bus_that_is_written_behind_the_first_is_no_second_log(tmp_path: Path) -> None:
+    path = tmp_path / "buses.log"
+    path.write_text("".join(f"({0.1 * n:.6f}) can{bus} 100#11\n" for bus in range(2) for n in range(5)))
+    assert [at_s for at_s, _, _ in CanLog(path).messages()][-1] == pytest.approx(0.4)
+
+
+def test_a_frame_that_comes_late_near_the_beginning_is_no_second_log(tmp_path: Path) -> None:
+    log = candump(tmp_path / "late.log", [0.0, 0.03, 0.06, 0.01, 0.07, 0.08])
+    assert [record.at_s for record in log][-1] == pytest.approx(0.08)
+    assert log.summary == ""
+
+
+@pytest.mark.parametrize(("digits", "step_s"), [(9, 0.01), (5, 0.02)])
+def test_times_that_lost_their_digits_in_a_spreadsheet_are_told(tmp_path: Path, digits: int, step_s: float) -> None:
+    path = tmp_path / "drive.csv"
+    rows = (f"{1_714_557_601_000 + 1000 * step_s * n:.{digits}e},0x100,2,11 00\n" for n in range(400))
+    path.write_text("Timestamp (ms),ID,DLC,Data\n" + "".join(rows))
+    log = CanLog(path)
+    assert len(list(log)) == 400
+    assert ("all have one time" in log.summary) is (digits == 5)
+
+
 def test_a_silence_of_minutes_is_kept_and_told(tmp_path: Path) -> None:
     log = candump(tmp_path / "pause.log", [START_S + 0.02 * n + (300.0 if n >= 40 else 0.0) for n in range(80)])
     assert [record.at_s for record in log][-1] == pytest.approx(301.58, abs=0.01)
