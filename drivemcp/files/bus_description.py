@@ -6,16 +6,20 @@ from pathlib import Path
 from typing import Any
 
 import textparser
-from cantools.database import load_file
+from cantools.database import load_file, load_string
 from cantools.database.errors import Error as CantoolsError
 
 from drivemcp.errors import UserError
-from drivemcp.files.dbc_text import SHORT, multiplexed
+from drivemcp.files.dbc_text import SHORT, mended, multiplexed
 from drivemcp.files.encodings import encoding_of
 from drivemcp.files.foreign import foreign
 
+logger = logging.getLogger(__name__)
 logging.getLogger("cantools.database.can.database").setLevel(logging.ERROR)
 """It says that the last of two messages of one id is taken, which is not so here."""
+UNREADABLE = (OSError, CantoolsError, ValueError, KeyError, AttributeError, SyntaxError, TypeError)
+TOLD = 5
+"""Of the entries that are left out so many are named."""
 Key = tuple[bool, int]
 """(extended, id): the same number with 11 and with 29 bits is two messages."""
 
@@ -33,13 +37,34 @@ def load_description(path: Path) -> Any:
         raise UserError(
             f"{path.name} cannot be read as a bus description: {error.strerror or 'the file cannot be opened'}"
         ) from error
+    text = content.decode(encoding_of(content), errors="replace")
     try:
         database = load_file(str(path), strict=False, encoding=encoding_of(content))
-    except (OSError, CantoolsError, ValueError, KeyError, AttributeError, SyntaxError, TypeError) as error:
+    except UNREADABLE as error:
         why = foreign(content, "description", xml=True) or _why(error)
-        raise UserError(f"{path.name} cannot be read as a bus description: {why}") from error
+        database = _without_strays(path, text)
+        if database is None:
+            raise UserError(f"{path.name} cannot be read as a bus description: {why}") from error
     _mark_j1939(database)
-    _mark_multiplexed(database, content.decode(encoding_of(content), errors="replace"))
+    _mark_multiplexed(database, text)
+    return database
+
+
+def _without_strays(path: Path, text: str) -> Any:
+    """The database of a DBC without entries of what it does not describe and messages of impossible ids, which are told; None
+    where nothing is left out, or the rest cannot be read either.
+    """
+    rest, left_out = mended(text)
+    if not left_out:
+        return None
+    try:
+        database: Any = load_string(rest, "dbc", strict=False)
+    except UNREADABLE:
+        return None
+    if not database.messages:
+        return None
+    more = f", and {len(left_out) - TOLD} more" if len(left_out) > TOLD else ""
+    logger.warning("%s: left out since it fits nothing in the file: %s%s", path.name, ", ".join(left_out[:TOLD]), more)
     return database
 
 
