@@ -142,7 +142,7 @@ def analyse(path: Path, vehicle: Vehicle) -> LogAnalysis:
         malformed=reading.log.malformed,
         ids_left_out=max(0, len(rows) - IDS_TOLD),
         signals_left_out=max(0, len(told) - SIGNALS_TOLD),
-        remark="; ".join(filter(None, (reading.remark, others))),
+        remark="; ".join(filter(None, (reading.remark, signals.remark, others))),
         held_back="" if vehicle.privacy.raw_access else HELD_BACK,
     )
 

@@ -68,7 +68,7 @@ def series(path: Path, vehicle: Vehicle, signal_name: str, points: int, message:
         min=round(min(numbers), 3) if numbers else None,
         max=round(max(numbers), 3) if numbers else None,
         mean=round(math.fsum(numbers) / len(numbers), 3) if numbers else None,
-        remark=reading.remark,
+        remark="; ".join(filter(None, (reading.remark, signals.remark))),
     )
 
 

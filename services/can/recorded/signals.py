@@ -1,14 +1,16 @@
 """The signals of recorded frames, by the descriptions of the car's buses, as far as they may be told."""
 
+from collections import Counter
 from typing import Any, NamedTuple
 
-from services.can.errors import MalformedFrame
 from services.can.profiles.dbc import Dbc
 from services.can.tools.answers import Scalar
 from services.can.tools.disclosure import told_names
 from services.can.vehicle import Vehicle
 
 KEYS_LIMIT = 4096
+SHORT_TOLD = 3
+"""Messages with short frames."""
 
 
 class Key(NamedTuple):
@@ -34,17 +36,26 @@ class Signals:
         self._vehicle = vehicle
         self._sources: dict[tuple[bool, int], _Source | None] = {}
         self._units: dict[tuple[str, str], str] = {}
+        self._short: Counter[tuple[str, int]] = Counter()
+        """Frames of a message that are shorter than its description."""
 
     def of(self, key: Key, data: bytes, wanted: str = "") -> dict[str, Scalar]:
-        """The signals that may be told, or that one; of a frame that does not fit its description none."""
+        """The signals that may be told, or that one; of a short frame those that it holds."""
         source = self._source(key)
         if source is None or not source.names or (wanted and wanted not in source.names):
             return {}
-        try:
-            found = source.dbc.decode(key.arbitration_id, data, extended=key.extended)
-        except MalformedFrame:
-            return {}
+        if len(data) < source.message.length:
+            self._short[str(source.message.name), int(source.message.length)] += 1
+        found = source.dbc.signals_in(source.message, data)
         return {name: value for name, value in found.items() if name in source.names}
+
+    @property
+    def remark(self) -> str:
+        """What was shorter than it is described, in one line; empty where nothing was."""
+        return "; ".join(
+            f"{count} frames of {name} are shorter than the {length} bytes described: signals beyond their end are left out"
+            for (name, length), count in self._short.most_common(SHORT_TOLD)
+        )
 
     def message_of(self, key: Key) -> str:
         """The name of the message; empty where it is not described."""

@@ -1,11 +1,10 @@
 """What the buses carried, as far as it may be told: curated signals, and the rest only where raw access is allowed."""
 
-import contextlib
 from difflib import get_close_matches
 
 from proto.sensors import CanFrame
 from services.can.diagnostics.addresses import ANSWER_IDS
-from services.can.errors import HeldBack, MalformedFrame, UnknownSignal
+from services.can.errors import HeldBack, UnknownSignal
 from services.can.profiles.dbc import pgn_of
 from services.can.profiles.privacy import HELD_BACK, VIN_HELD_BACK, spells_vin
 from services.can.tools.answers import MAX_ROWS, NS, FrameRow, Sample, Scalar, SignalNow, Snapshot, parse_id
@@ -91,8 +90,9 @@ def _signals(vehicle: Vehicle, bus: str, frame: CanFrame) -> dict[str, Scalar]:
     found: dict[str, Scalar] = {}
     if frame.error or frame.remote or _held_back(vehicle, bus, frame) == VIN_HELD_BACK:
         return found
-    with contextlib.suppress(MalformedFrame):  # heard all the same; only its meaning is unknown
-        found = vehicle.descriptions[bus].decode(frame.arbitration_id, frame.data, extended=frame.extended)
+    dbc = vehicle.descriptions[bus]
+    if (message := dbc.find((frame.extended, frame.arbitration_id))) is not None:
+        found = dict(dbc.signals_in(message, frame.data))
     if vehicle.privacy.raw_access:
         return found
     allowed = _curated(vehicle, bus, frame.extended, frame.arbitration_id)

@@ -243,7 +243,5 @@ def _name(dbc: Dbc, arbitration_id: int) -> str | None:
 
 
 def _signals(dbc: Dbc, arbitration_id: int, data: bytes) -> dict[str, Scalar] | None:
-    try:
-        return dbc.decode(arbitration_id, data, extended=True)
-    except MalformedFrame:
-        return None
+    message = dbc.find((True, arbitration_id))
+    return None if message is None else dict(dbc.signals_in(message, data))

@@ -318,3 +318,34 @@ def test_what_is_no_measurement_is_counted_by_its_name_and_not_averaged(
         assert row.values == {words: 3}
         found = series(path, car, name, 10)
         assert (found.min, found.max, found.mean, found.points[-1].value) == (value, value, value, words)
+
+
+SELECTED = """VERSION ""
+BU_: A
+BO_ 256 Motion: 8 A
+ SG_ Mux M : 0|4@1+ (1,0) [0|0] "" A
+ SG_ Speed : 16|16@1+ (0.01,0) [0|0] "km/h" A
+ SG_ One m0 : 8|8@1+ (1,0) [0|0] "" A
+ SG_ Last : 56|8@1+ (1,0) [0|0] "" A
+"""
+
+
+def test_a_selector_value_that_is_not_described_costs_no_other_signal(
+    described: Callable[..., Vehicle], tmp_path: Path
+) -> None:
+    frames = [message(0.1 * n, 256, bytes([n % 2 * 2, 7, 0x10, 0x27, 0, 0, 0, 9])) for n in range(10)]
+    found = analyse(write(tmp_path / "mux.log", frames), described(SELECTED))
+    assert {each.name: each.samples for each in found.signals} == {"Mux": 10, "Speed": 10, "Last": 10, "One": 5}
+    assert found.remark == ""
+
+
+def test_of_short_frames_the_signals_that_they_hold_are_told_and_that_more_are_described(
+    described: Callable[..., Vehicle], tmp_path: Path
+) -> None:
+    frames = [message(0.1 * n, 256, bytes([2, 7, 0x10, 0x27])) for n in range(6)]
+    path, car = write(tmp_path / "short.log", frames), described(SELECTED)
+    words = "6 frames of Motion are shorter than the 8 bytes described: signals beyond their end are left out"
+    found = analyse(path, car)
+    assert {each.name: each.samples for each in found.signals} == {"Mux": 6, "Speed": 6}
+    assert found.remark == words
+    assert series(path, car, "Speed", 5).remark == words
