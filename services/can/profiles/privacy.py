@@ -5,7 +5,7 @@ import hmac
 import os
 import re
 import secrets
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +22,8 @@ Curated = Mapping[str, Mapping[Key, frozenset[str]]]
 
 HELD_BACK = "raw bytes and signals that are not curated: raw_access is off"
 VIN_HELD_BACK = "bytes that may spell the vehicle's identification number: allow_vin is off"
+
+VOLTS = frozenset({"v", "mv", "kv", "volt", "volts", "unit_volt"})
 
 
 class Privacy(msgspec.Struct, frozen=True, kw_only=True):
@@ -76,6 +78,23 @@ def curated_signals(profile: Profile, descriptions: Mapping[str, Dbc]) -> Curate
 
 
 def spells_vin(message: Any) -> bool:
-    """Whether a message says by its name or a signal's that it holds the identification number."""
-    names = (message.name, *(signal.name for signal in message.signals))
+    """Whether a message says by its name or a signal's that it holds the identification number, as text, not as a voltage `Vin`."""
+    carriers = [signal.name for signal in message.signals if not _is_measured(signal)]
+    names = (message.name, *carriers) if carriers or not message.signals else ()
     return any("vin" in re.findall(r"[a-z]+", re.sub(r"(?<=[a-z0-9])(?=[A-Z])", " ", name).lower()) for name in names)
+
+
+def held_back(privacy: Privacy, hidden: Iterable[str]) -> str:
+    """What is not told, in words; `hidden`: the messages that may spell the identification number."""
+    if not privacy.raw_access:
+        return HELD_BACK
+    names = ", ".join(sorted(set(hidden)))
+    return f"{VIN_HELD_BACK}: {names}" if names else ""
+
+
+def _is_measured(signal: Any) -> bool:
+    """Whether a signal is a number with a unit: scaled, or in volts; the identification number is 17 letters and digits."""
+    unit = str(signal.unit or "").strip().lower()
+    return bool(unit) and (
+        unit in VOLTS or signal.is_float or (signal.conversion.scale, signal.conversion.offset) != (1, 0)
+    )

@@ -13,7 +13,6 @@ from services.can.diagnostics.addresses import ANSWER_IDS, FUNCTIONAL_IDS, PHYSI
 from services.can.j1939 import messages
 from services.can.j1939.transport import CONNECTION, DATA
 from services.can.profiles.dbc import pgn_of
-from services.can.profiles.privacy import HELD_BACK
 from services.can.recorded.codes import Codes, CodeSeen, FaultSeen
 from services.can.recorded.folder import Reading
 from services.can.recorded.signals import Key, Signals
@@ -143,7 +142,7 @@ def analyse(path: Path, vehicle: Vehicle) -> LogAnalysis:
         ids_left_out=max(0, len(rows) - IDS_TOLD),
         signals_left_out=max(0, len(told) - SIGNALS_TOLD),
         remark="; ".join(filter(None, (reading.remark, signals.remark, others))),
-        held_back="" if vehicle.privacy.raw_access else HELD_BACK,
+        held_back=signals.held_back,
     )
 
 

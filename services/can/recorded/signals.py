@@ -4,6 +4,7 @@ from collections import Counter
 from typing import Any, NamedTuple
 
 from services.can.profiles.dbc import Dbc
+from services.can.profiles.privacy import held_back
 from services.can.tools.answers import Scalar
 from services.can.tools.disclosure import told_names
 from services.can.vehicle import Vehicle
@@ -56,6 +57,13 @@ class Signals:
             f"{count} frames of {name} are shorter than the {length} bytes described: signals beyond their end are left out"
             for (name, length), count in self._short.most_common(SHORT_TOLD)
         )
+
+    @property
+    def held_back(self) -> str:
+        """What was heard and may not be told, in words; empty where nothing is held back."""
+        found = (each for each in self._sources.values() if each is not None)
+        hidden = (str(each.message.name) for each in found if each.message.signals and not each.names)
+        return held_back(self._vehicle.privacy, hidden)
 
     def message_of(self, key: Key) -> str:
         """The name of the message; empty where it is not described."""

@@ -6,7 +6,7 @@ from proto.sensors import CanFrame
 from services.can.diagnostics.addresses import ANSWER_IDS
 from services.can.errors import HeldBack, UnknownSignal
 from services.can.profiles.dbc import pgn_of
-from services.can.profiles.privacy import HELD_BACK, VIN_HELD_BACK, spells_vin
+from services.can.profiles.privacy import HELD_BACK, VIN_HELD_BACK, held_back, spells_vin
 from services.can.tools.answers import MAX_ROWS, NS, FrameRow, Sample, Scalar, SignalNow, Snapshot, parse_id
 from services.can.vehicle import Vehicle
 
@@ -43,10 +43,13 @@ def samples(vehicle: Vehicle, signal_name: str, since_ns: int) -> list[Sample]:
 def snapshot(vehicle: Vehicle, now_ns: int, started_ns: int) -> Snapshot:
     """The newest value of every signal heard that may be told."""
     signals: dict[str, SignalNow] = {}
+    hidden: list[str] = []
     for bus, dbc in vehicle.descriptions.items():
         for frame in vehicle.history.latest(bus):
             message = dbc.find((frame.extended, frame.arbitration_id))
             age_s = round(max(0.0, (now_ns - frame.stamp_ns) / NS), 3)
+            if message is not None and _held_back(vehicle, bus, frame) == VIN_HELD_BACK:
+                hidden.append(message.name)
             for name, value in _signals(vehicle, bus, frame).items():
                 unit = message.get_signal_by_name(name).unit or "" if message is not None else ""
                 signals[name] = SignalNow(value=value, unit=unit, message=message.name if message else "", age_s=age_s)
@@ -55,7 +58,7 @@ def snapshot(vehicle: Vehicle, now_ns: int, started_ns: int) -> Snapshot:
         frame_count=vehicle.history.seen,
         uptime_s=round((now_ns - started_ns) / NS, 3),
         malformed=vehicle.board.malformed,
-        held_back="" if vehicle.privacy.raw_access else HELD_BACK,
+        held_back=held_back(vehicle.privacy, hidden),
     )
 
 

@@ -1,13 +1,15 @@
 """A car's number leaves only as a hash that no other installation can tell."""
 
 from pathlib import Path
+from typing import Any
 
 import pytest
+from cantools.database import load_string
 from hypothesis import given
 from hypothesis import strategies as st
 
 from services.can.errors import ProfileError
-from services.can.profiles.privacy import Privacy, hashed_vin, installation_salt
+from services.can.profiles.privacy import Privacy, hashed_vin, held_back, installation_salt, spells_vin
 
 VIN = "1HGCM82633A004352"
 VINS = st.text("ABCDEFGHJKLMNPRSTUVWXYZ0123456789", min_size=17, max_size=17)
@@ -44,3 +46,27 @@ def test_a_salt_that_is_none_is_told_by_its_file(tmp_path: Path) -> None:
         installation_salt(path)
     with pytest.raises(ProfileError, match="vin_salt_file"):
         installation_salt(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("name", "signal", "spells"),
+    [
+        ("DCDC", 'DCDC_Vin : 0|16@1+ (0.01,0) [0|655] "V"', False),
+        ("DCDC_Vin", 'Input : 0|16@1+ (1,0) [0|655] "mV"', False),
+        ("Body", 'VIN_1 : 0|56@1+ (1,0) [0|0] ""', True),
+        ("Body", 'VIN_1 : 0|8@1+ (1,0) [0|0] "ASCII"', True),
+        ("VIN", 'Part : 0|8@1+ (1,0) [0|0] ""', True),
+        ("VIN", 'Part : 0|8@1+ (1,0) [0|0] "-"', True),
+        ("Body", 'VinScaled : 0|8@1+ (0.5,0) [0|0] ""', True),
+        ("Body", 'Winding : 0|8@1+ (1,0) [0|0] ""', False),
+    ],
+)
+def test_a_measured_voltage_is_no_identification_number(name: str, signal: str, spells: bool) -> None:
+    database: Any = load_string(f'VERSION ""\nBU_: A\nBO_ 291 {name}: 8 A\n SG_ {signal} A\n', "dbc")
+    assert spells_vin(database.messages[0]) is spells
+
+
+def test_the_messages_that_are_hidden_for_the_number_are_named() -> None:
+    assert held_back(Privacy(salt=b"x", raw_access=True), ["Body", "Body"]).endswith("allow_vin is off: Body")
+    assert held_back(Privacy(salt=b"x", raw_access=True), []) == ""
+    assert "raw_access is off" in held_back(Privacy(salt=b"x"), ["Body"])

@@ -349,3 +349,16 @@ def test_of_short_frames_the_signals_that_they_hold_are_told_and_that_more_are_d
     assert {each.name: each.samples for each in found.signals} == {"Mux": 6, "Speed": 6}
     assert found.remark == words
     assert series(path, car, "Speed", 5).remark == words
+
+
+def test_a_message_that_is_hidden_for_the_number_is_named_and_a_voltage_is_told(
+    described: Callable[..., Vehicle], tmp_path: Path
+) -> None:
+    text = (
+        'VERSION ""\nBU_: A\nBO_ 256 Power: 8 A\n SG_ Vin : 0|16@1+ (0.01,0) [0|0] "V" A\n'
+        'BO_ 257 Body: 8 A\n SG_ VIN_1 : 0|56@1+ (1,0) [0|0] "" A\n'
+    )
+    frames = [message(0.1 * n, 256 + n % 2, bytes.fromhex("1027000000000000")) for n in range(4)]
+    found = analyse(write(tmp_path / "vin.log", frames), described(text))
+    assert [(each.name, each.mean) for each in found.signals] == [("Vin", 100.0)]
+    assert found.held_back.endswith("allow_vin is off: Body")
