@@ -1,7 +1,6 @@
 """A CAN log beside a recording: its frames on the bus, and the ego speed that the CAN service will read from them."""
 
 import itertools
-import json
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -13,6 +12,7 @@ from domain.units import MPS_PER, MPS_PER_KNOT
 from drivemcp.errors import UserError
 from drivemcp.files.bus_description import key_of, load_description, selections, unsound
 from drivemcp.files.can_logs.log import CHANNELS_LOOK, CanLog, check_log, listed
+from drivemcp.files.encodings import toml_text
 from drivemcp.files.folders import files_beside
 from drivemcp.paths import data
 from proto import topics
@@ -173,7 +173,7 @@ def rebased(frames: Iterable[CanFrame], start_ns: int) -> CanFrames:
 
 def profile_of(speed: SpeedSignal) -> str:
     """A vehicle profile (TOML) for the CAN service that reads the ego speed and nothing else."""
-    dbc, message, signal = (json.dumps(each) for each in (str(speed.dbc.resolve()), speed.message, speed.signal))
+    dbc, message, signal = (toml_text(each) for each in (str(speed.dbc.resolve()), speed.message, speed.signal))
     return (
         f'name = "recording"\n[buses.can0]\ndescription = {dbc}\n'
         "[vehicle]\ntyre_nominal_bar = [2.4, 2.4, 2.4, 2.4]\n[ecus]\n[fields]\n"

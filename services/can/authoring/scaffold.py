@@ -5,8 +5,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import msgspec
-
+from drivemcp.files.encodings import toml_text
 from services.can.authoring.signal_matching import HINTS, Candidate, candidates, clear, words
 from services.can.profiles.curated import FIELDS
 from services.can.profiles.profile import FieldRule, transform
@@ -57,10 +56,10 @@ def render(name: str, bus: str, description: Path, folder: Path, found: list[Fou
         (
             f"# Scaffolded from {description.name}. EVERY line under [fields] is a guess by name, unit and width: check each one against",
             "# the car (drivemcp can profile check profile.toml --log DRIVE), its sign above all: left, forward and pressing are positive.",
-            f"name = {_text(name)}",
+            f"name = {toml_text(name)}",
             "",
             f"[buses.{bus}]",
-            f"description = {_text(os.path.relpath(description.resolve(), folder.resolve()))}",
+            f"description = {toml_text(os.path.relpath(description.resolve(), folder.resolve()))}",
             "",
             "[vehicle]",
             "tyre_nominal_bar = [2.4, 2.4, 2.4, 2.4]  # guess: take the label in the door frame (FL FR RL RR, cold)",
@@ -86,11 +85,15 @@ def _rule(field: str, candidate: Candidate) -> str:
     """One line of TOML."""
     message, signal = candidate.message, candidate.signal
     hint, meant = HINTS[field], FIELDS[field]
-    keys = [f"message = {_text(message.name)}", f"signal = {_text(signal.name)}", f"vss = {_text(meant.vss)}"]
+    keys = [
+        f"message = {toml_text(message.name)}",
+        f"signal = {toml_text(signal.name)}",
+        f"vss = {toml_text(meant.vss)}",
+    ]
     if meant.unit:
-        keys.append(f"unit = {_text(meant.unit)}")
+        keys.append(f"unit = {toml_text(meant.unit)}")
         if canonical(signal.unit or "") is None:
-            keys.append(f"dbc_unit = {_text(meant.unit)}")
+            keys.append(f"dbc_unit = {toml_text(meant.unit)}")
     if field == "steering_angle_rad":
         keys.append("factor = 0.0666666667")
     if not meant.unit and signal.choices:
@@ -103,7 +106,7 @@ def _rule(field: str, candidate: Candidate) -> str:
     keys.append(f"max_age_s = {max(hint.max_age_s, SILENT_CYCLES * cycle_s):g}")
     counters = [each.name for each in message.signals if COUNTERS & set(words(each.name)) and each is not signal]
     if len(counters) == 1 and not declared(message)[0]:
-        keys.append(f"counter = {_text(counters[0])}")
+        keys.append(f"counter = {toml_text(counters[0])}")
     return f"{field} = {{ {', '.join(keys)} }}"
 
 
@@ -145,7 +148,3 @@ def guards(message: Any) -> tuple[str, ...]:
     if declared(message)[1] is not None:
         return ()
     return tuple(each.name for each in message.signals if CHECKSUMS & set(words(each.name)))
-
-
-def _text(text: str) -> str:
-    return msgspec.json.encode(text).decode()

@@ -13,6 +13,7 @@ from drivemcp.paths import data
 from drivemcp.testing import bus
 from proto import topics
 from proto.vehicle import Ego
+from services.can.profiles.profile import load_profile
 from services.can.profiles.units import SPELLINGS, linear
 from services.can.service import SERVICE as CAN
 from services.can.service import CanConfig
@@ -200,6 +201,15 @@ def test_a_bus_description_that_cannot_be_used_is_told(
 def test_a_unit_that_is_told_counts(tmp_path: Path) -> None:
     (tmp_path / "car.dbc").write_text(DBC)
     assert speed_signal(tmp_path / "car.dbc", "Odd", "mph").factor == pytest.approx(0.44704)
+
+
+@pytest.mark.parametrize("name", ["🚗 car", "ünï cär", 'a "quoted" one', "back\\slash", "del\x7f"])
+def test_a_profile_names_a_bus_description_in_whatever_folder(tmp_path: Path, name: str) -> None:
+    (tmp_path / name).mkdir()
+    (tmp_path / name / "car.dbc").write_text(DBC)
+    profile = tmp_path / "profile.toml"
+    profile.write_text(profile_of(speed_signal(tmp_path / name / "car.dbc", "RoadSpeed", "")), encoding="utf-8")
+    assert load_profile(profile).buses["can0"].description == str(tmp_path / name / "car.dbc")
 
 
 @pytest.mark.parametrize("unit", ["m/s", "km/h", "mph"])
