@@ -101,12 +101,22 @@ def selections(message: Any, signal: Any) -> Iterator[tuple[Any, Any]]:
 
 def _mark_j1939(database: Any) -> None:
     """Frames of 29 bits in a description of a J1939 bus are parameter groups, unless a frame's own format says otherwise."""
-    told = getattr(database.dbc, "attributes", {}).get("ProtocolType")
-    if told is None or str(told.value).upper() != "J1939":
+    if _attribute(database.dbc, "ProtocolType").upper() != "J1939":
         return
     for message in database.messages:
         if message.is_extended_frame and "VFrameFormat" not in getattr(message.dbc, "attributes", {}):
             message.protocol = "j1939"
+
+
+def _attribute(described: Any, name: str) -> str:
+    """The value of an attribute as text, where none is set its default; empty where it is not defined."""
+    told = getattr(described, "attributes", {}).get(name)
+    definition = getattr(described, "attribute_definitions", {}).get(name)
+    value = definition.default_value if told is None and definition is not None else getattr(told, "value", None)
+    choices = getattr(definition, "choices", None) or []
+    if isinstance(value, int) and 0 <= value < len(choices):
+        value = choices[value]
+    return "" if value is None else str(value)
 
 
 def _why(error: Exception) -> str:

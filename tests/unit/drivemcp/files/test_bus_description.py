@@ -92,3 +92,35 @@ def test_a_multiplexed_signal_with_one_selector_is_selected_by_it(tmp_path: Path
     (message,) = load_description(path).messages
     ((_, selector),) = selections(message, message.get_signal_by_name("Speed"))
     assert selector.name == "S"
+
+
+WIDE = HEAD.replace("291", "2566844926") + SPEED.replace("Speed m1", "Speed")
+TEXT, CHOICE = 'BA_DEF_ "ProtocolType" STRING ;\n', 'BA_DEF_ "ProtocolType" ENUM "CAN","J1939";\n'
+DEFAULT, SET = 'BA_DEF_DEF_ "ProtocolType" "{}";\n', 'BA_ "ProtocolType" {};\n'
+FORMAT = (
+    'BA_DEF_ BO_ "VFrameFormat" ENUM "StandardCAN","ExtendedCAN","reserved","J1939PG";\n'
+    'BA_DEF_DEF_ "VFrameFormat" "ExtendedCAN";\nBA_ "VFrameFormat" BO_ 2566844926 1;\n'
+)
+
+
+@pytest.mark.parametrize(
+    ("attributes", "protocol"),
+    [
+        (TEXT + DEFAULT.format("J1939"), "j1939"),
+        (TEXT + DEFAULT.format("j1939"), "j1939"),
+        (TEXT + DEFAULT.format("") + SET.format('"J1939"'), "j1939"),
+        (TEXT + DEFAULT.format("J1939") + SET.format('"CAN"'), None),
+        (TEXT + DEFAULT.format(""), None),
+        (CHOICE + DEFAULT.format("J1939"), "j1939"),
+        (CHOICE + DEFAULT.format("CAN") + SET.format(1), "j1939"),
+        (CHOICE + DEFAULT.format("J1939") + SET.format(0), None),
+        (FORMAT + TEXT + DEFAULT.format("J1939"), None),
+        ("", None),
+    ],
+)
+def test_j1939_is_believed_from_the_attribute_or_its_default(
+    tmp_path: Path, attributes: str, protocol: str | None
+) -> None:
+    path = tmp_path / "car.dbc"
+    path.write_text(WIDE + attributes)
+    assert load_description(path).messages[0].protocol == protocol
