@@ -74,6 +74,11 @@ def speed_signal(dbc: Path | None, signal: str, unit: str) -> SpeedSignal:
     all_signals = [(message, each) for message in database.messages for each in message.signals]
     found = [(m, each) for m, each in all_signals if wanted in (each.name, f"{m.name}.{each.name}")]
     if len(found) > 1:
+        if len({m.name for m, _ in found}) == 1:
+            ids = ", ".join(f"0x{m.frame_id:X}" for m, _ in found)
+            raise UserError(
+                f"{path}: {found[0][0].name}.{found[0][1].name} is described {len(found)} times ({ids}); keep or rename one of them"
+            )
         choices = ", ".join(f"{m.name}.{each.name} (0x{m.frame_id:X}, {each.unit or 'no unit'})" for m, each in found)
         raise UserError(f"{path}: {wanted!r} is in several messages; choose one with --speed-signal: {choices}")
     if not found:

@@ -198,6 +198,22 @@ def test_a_bus_description_that_cannot_be_used_is_told(
     assert "\n" not in str(raised.value)
 
 
+SIGNAL = ' SG_ RoadSpeed : 40|16@1+ (0.1,0) [0|400] "kph" ECU\n'
+
+
+@pytest.mark.parametrize(("text", "ids"), [(DBC + SIGNAL, "0x123, 0x123"), (DBC + DBC.partition("ECU\n")[2], "0x123, 0x123"),
+                                           (DBC + f"BO_ 292 Chassis: 8 ECU\n{SIGNAL}", "0x123, 0x124")])  # fmt: skip
+@pytest.mark.parametrize("wanted", ["RoadSpeed", "Chassis.RoadSpeed"])
+def test_a_signal_that_is_described_twice_by_one_name_cannot_be_chosen_and_says_so(
+    tmp_path: Path, text: str, ids: str, wanted: str
+) -> None:
+    (tmp_path / "car.dbc").write_text(text)
+    with pytest.raises(
+        UserError, match=rf"Chassis.RoadSpeed is described 2 times \({ids}\); keep or rename one of them"
+    ):
+        speed_signal(tmp_path / "car.dbc", wanted, "")
+
+
 def test_a_unit_that_is_told_counts(tmp_path: Path) -> None:
     (tmp_path / "car.dbc").write_text(DBC)
     assert speed_signal(tmp_path / "car.dbc", "Odd", "mph").factor == pytest.approx(0.44704)
