@@ -25,7 +25,7 @@ _BASE = r"(?:[ _]*[(\[]?(?P<base>hex|dec)[a-z]*[)\]]?)?"
 _OWN = r"(?:can_dataframe[._])?"
 COLUMNS: Mapping[str, str] = {
     "time": rf"(?:(?:abs(?:olute)?[ _]?)?time(?:[ _]?stamps?|[ _]?offset|stampepoch)?|zeit(?:stempel)?){_UNIT}",
-    "id": rf"{_OWN}(?:(?:arb(?:itration)?|can|message|msg)?[ _]?id|identifier|addr(?:ess)?){_BASE}",
+    "id": rf"{_OWN}(?:(?:arb(?:itration)?|can|cob|frame|message|msg)?[ _-]?id|identifier|addr(?:ess)?){_BASE}",
     "extended": rf"{_OWN}(?:ide|xtd|ext(?:ended)?|is[ _]extended.*)",
     "bus": rf"{_OWN}(?:bus[ _]?channel|bus|chan(?:nel)?|chn|kanal|network|interface)",
     "length": rf"{_OWN}(?:dlc|len(?:gth)?|data[ _]?length(?:[ _]?code)?|size)",
@@ -34,8 +34,15 @@ COLUMNS: Mapping[str, str] = {
     "fd": rf"{_OWN}(?:edl|fdf|fd)",
     "data": rf"{_OWN}(?:data[ _]?(?:bytes?|field)?|payload|message[ _]?data|daten){_BASE}",
 }
-_BYTE = re.compile(rf"(?:d|b|data|byte)[ _]?\d+{_BASE}")
-_KIND = re.compile(r"(?:(?:frame|msg|message|id|can[ _]?id)[ _]?)?(?:type|format|flags?)")
+OTHERWISE: Mapping[str, str] = {
+    "time": r"(?:date[ _/-]?time|(?:rel(?:ative)?|system)[ _]?time(?:[ _]?stamp)?|elapsed(?:[ _]?time)?|ts|t|"
+    rf"(?P<count>mi(?:lli|cro)s)(?:econds)?(?:\(\))?){_UNIT}",
+    "data": rf"bytes{_BASE}",
+}
+"""Names that may mean something else, where no column has one of the others."""
+COUNTS = {"millis": "ms", "micros": "us"}
+_BYTE = re.compile(rf"(?:d|b|db|data|byte|data[ _]?byte)[ _]?\[?\d+\]?{_BASE}")
+_KIND = re.compile(r"(?:(?:frame|msg|message|id|can[ _-]?id)[ _]?)?(?:type|format|flags?)")
 KINDS: Mapping[str, frozenset[str]] = {
     "extended": frozenset({"x", "xr", "xtd", "ext", "extended", "eff"}),
     "remote": frozenset({"rtr", "remote", "sr", "xr"}),
@@ -83,24 +90,30 @@ def header_of(head: Sequence[str]) -> Header | None:
 
 
 def _header(lines: int, delimiter: str, names: Sequence[str]) -> Header | None:
-    matched = {
-        what: next(((at, found) for at, name in enumerate(names) if (found := re.fullmatch(pattern, name))), None)
-        for what, pattern in COLUMNS.items()
-    }
     each_byte = [(at, found) for at, name in enumerate(names) if (found := _BYTE.fullmatch(name))]
+    otherwise = {what: pattern for what, pattern in OTHERWISE.items() if what != "data" or not each_byte}
+    matched = {
+        what: _column(pattern, names) or _column(otherwise.get(what, ""), names) for what, pattern in COLUMNS.items()
+    }
     time, number, data = matched["time"], matched["id"], matched["data"]
     if time is None or number is None or not (data or each_byte):
         return None
     ours = tuple(names[:3]) == SAVVYCAN
     data_said = data[1]["base"] if data else each_byte[0][1]["base"]
+    unit = time[1]["unit"] or COUNTS.get(time[1].groupdict().get("count") or "", "us" if ours else "")
     raw = names[number[0]].startswith("can_dataframe")
     id_said = number[1]["base"] or ("hex" if ours else "dec" if raw else "")
     return Header(
         lines, delimiter, {what: found[0] for what, found in matched.items() if found},
         () if data else tuple(at for at, _ in each_byte),
         tuple(at for at, name in enumerate(names) if _KIND.fullmatch(name)),
-        time[1]["unit"] or ("us" if ours else ""), _BASES[id_said], _BASES[data_said or ("hex" if ours else "")],
+        unit, _BASES[id_said], _BASES[data_said or ("hex" if ours else "")],
     )  # fmt: skip
+
+
+def _column(pattern: str, names: Sequence[str]) -> tuple[int, re.Match[str]] | None:
+    """The first column of such a name."""
+    return next(((at, found) for at, name in enumerate(names) if name and (found := re.fullmatch(pattern, name))), None)
 
 
 _BASES: Mapping[str | None, int] = {"hex": 16, "dec": 10, "": 0, None: 0}

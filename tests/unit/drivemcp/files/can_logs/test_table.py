@@ -246,3 +246,42 @@ def test_times_of_day_go_on_over_midnight(before: int, form: str, tmp_path: Path
 def test_a_date_in_one_number_counts_seconds(tmp_path: Path) -> None:
     rows = "20170304130523143,0x100,11 22\n20170304130524143,0x100,11 22\n"
     assert [each[0] for each in read(tmp_path / "drive.csv", "Timestamp,ID,Data\n" + rows)[1]] == [0.0, 1.0]
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        "Time (s);CAN-ID (hex);Rx/Tx;Type;Length;Data (hex)", "DateTime;FrameID;dir;kind;DLC;Data", "Date/Time;Frame ID;a;b;len;Data",
+        "ts;Frame-ID;a;b;len;Bytes", "t;Can_Id;a;b;len;Payload", "Relative Time;COB-ID;a;b;DLC;Data", "Elapsed;ID;a;b;DLC;Data",
+        "System Time;ID;a;b;DLC;Bytes (hex)",
+    ],
+)  # fmt: skip
+def test_columns_are_known_by_more_names(header: str, tmp_path: Path) -> None:
+    rows = "1.00;100h;Rx;Data;8;10 0E 00 00 00 00 00 FF\n1.02;18FEF100h;Rx;Data;8;01 02 03 04 05 06 07 08\n"
+    _, found = read(tmp_path / "drive.csv", f"{header}\n{rows}")
+    assert found == [
+        (0.0, 0x100, False, bytes.fromhex("100E0000000000FF")), (0.02, 0x18FEF100, True, bytes.fromhex("0102030405060708")),
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ["Data Byte {}", "DATA[{}]", "DB{}", "d[{}]", "Byte_{}", "Byte {} (hex)"])
+def test_a_column_of_one_byte_is_known_by_more_names(name: str, tmp_path: Path) -> None:
+    names = ",".join(name.format(number) for number in range(2))
+    _, found = read(tmp_path / "drive.csv", f"Time,ID,Bytes,{names}\n1.00,0x100,2,1A,0B\n1.02,0x101,1,1C,\n")
+    assert [data.hex() for *_, data in found] == ["1a0b", "1c"]
+
+
+@pytest.mark.parametrize(
+    ("name", "per_s"), [("millis", 1e3), ("millis()", 1e3), ("micros", 1e6), ("milliseconds", 1e3), ("ts_ms", 1e3)]
+)
+def test_the_name_of_a_time_column_may_say_its_unit(name: str, per_s: float, tmp_path: Path) -> None:
+    _, found = read(
+        tmp_path / "drive.csv", f"{name},ID,Data\n{1000 * per_s:.0f},0x100,11 AA\n{1000.5 * per_s:.0f},0x100,11 AA\n"
+    )
+    assert [at_s for at_s, *_ in found] == [0.0, 0.5]
+
+
+def test_a_column_of_a_clear_name_counts_before_one_that_may_mean_something_else(tmp_path: Path) -> None:
+    text = "Relative Time,t,Time,Bytes,ID,Data\n0.02,7,1.00,2,0x100,11 AA\n0.02,7,1.50,2,0x100,11 BB\n"
+    _, found = read(tmp_path / "drive.csv", text)
+    assert [(at_s, data.hex()) for at_s, *_, data in found] == [(0.0, "11aa"), (0.5, "11bb")]
