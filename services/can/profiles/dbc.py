@@ -1,7 +1,7 @@
 """The description of a bus (DBC, ARXML, KCD, SYM; several are merged), indexed by id and by signal name."""
 
 import logging
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from drivemcp.errors import UserError
 from drivemcp.files.bus_description import Key, key_of, load_description, unsound
 from services.can.errors import MalformedFrame, ProfileError
-from services.can.profiles.extract import Extractor, extractor
+from services.can.profiles.extract import Extractor, extractor, read_all
 
 logger = logging.getLogger(__name__)
 NOT_AVAILABLE = "not available"
@@ -28,6 +28,25 @@ class _Reader(NamedTuple):
         if raw in self.names:
             return str(self.names[raw])
         return NOT_AVAILABLE if void is not None and void(raw) else self.extractor.read(data)
+
+
+class _Layout:
+    """The signals of a message."""
+
+    def __init__(self, readers: Iterable[_Reader]) -> None:
+        self._readers = tuple(readers)
+        extractors = [each.extractor for each in self._readers]
+        self._end = max((each.end for each in extractors), default=0)
+        self._all = None if any(each.here for each in extractors) else read_all(extractors)
+        """Reads a whole frame at once, where each signal is in each frame."""
+        self._named = tuple(each for each in self._readers if each.names or each.extractor.void is not None)
+
+    def tell(self, data: bytes) -> dict[str, float | str]:
+        """The signals that a frame holds."""
+        if self._all is not None and len(data) >= self._end:
+            return {**self._all(data), **{each.extractor.name: each.tell(data) for each in self._named}}
+        there = (each for each in self._readers if each.extractor.end <= len(data))
+        return {each.extractor.name: each.tell(data) for each in there if each.extractor.in_frame(data)}
 
 
 class Dbc:
@@ -49,7 +68,7 @@ class Dbc:
         self._groups: dict[int, Any] = {}
         self._signals: dict[str, dict[tuple[Key, str], tuple[Any, Any]]] = {}
         self._of_message: dict[tuple[str, str], tuple[Any, Any]] = {}
-        self._readers: dict[Key, tuple[_Reader, ...]] = {}
+        self._layouts: dict[Key, _Layout] = {}
         for path, database in zip(paths, databases, strict=True):
             self.broken |= _broken(path, database)
             for message in database.messages:
@@ -114,10 +133,9 @@ class Dbc:
     def signals_in(self, message: Any, data: bytes) -> dict[str, float | str]:
         """The signals that a frame of a described message holds, named choices and voids as text."""
         key, data = key_of(message), data[: message.length]
-        if key not in self._readers:
-            self._readers[key] = tuple(self._readers_of(message))
-        there = (each for each in self._readers[key] if each.extractor.end <= len(data))
-        return {each.extractor.name: each.tell(data) for each in there if each.extractor.in_frame(data)}
+        if key not in self._layouts:
+            self._layouts[key] = _Layout(self._readers_of(message))
+        return self._layouts[key].tell(data)
 
     def _readers_of(self, message: Any) -> Iterator[_Reader]:
         for signal in message.signals:

@@ -1,12 +1,13 @@
 """Bus descriptions of every format, several at once, and broken ones."""
 
+import random
 from pathlib import Path
 
 import msgspec
 import pytest
 
 from services.can.errors import MalformedFrame, ProfileError
-from services.can.profiles.dbc import Dbc
+from services.can.profiles.dbc import NOT_AVAILABLE, Dbc
 from services.can.profiles.profile import BusRule, FieldRule, Profile, VehicleRow
 from services.can.signals.board import Board
 
@@ -204,3 +205,13 @@ def test_a_scaled_selector_selects_the_same_signals_for_tools_as_for_fields(tmp_
     dbc = Dbc(tmp_path / "car.dbc")
     assert dbc.decode(256, b"\xd0\x07\x01" + bytes(5)) == {"Speed": pytest.approx(20.0), "S": 2}
     assert dbc.decode(256, b"\xd0\x07\x00" + bytes(5)) == {"S": 1}
+
+
+def test_a_whole_frame_is_told_as_cantools_reads_it_but_for_voids(dbc: Dbc) -> None:
+    chance = random.Random(3)
+    for message in dbc.messages.values():
+        data = chance.randbytes(message.length)
+        theirs = message.decode(data, decode_choices=True) if message.signals else {}
+        told = dbc.signals_in(message, data)
+        assert set(told) == set(theirs)
+        assert all(value in (str(theirs[name]), theirs[name], NOT_AVAILABLE) for name, value in told.items())
