@@ -117,7 +117,9 @@ def _column(pattern: str, names: Sequence[str]) -> tuple[int, re.Match[str]] | N
 
 
 _BASES: Mapping[str | None, int] = {"hex": 16, "dec": 10, "": 0, None: 0}
-_PER_S = {"ms": 1e3, "msec": 1e3, "us": 1e6, "µs": 1e6, "ns": 1e9}
+_WITH_UNIT = re.compile(r"([+-]?\d+(?:[.,]\d+)?)\s*(s|sec|ms|msec|us|µs|μs|ns)", re.I)
+"""A time that says its unit itself."""
+_PER_S = {"ms": 1e3, "msec": 1e3, "us": 1e6, "µs": 1e6, "μs": 1e6, "ns": 1e9}
 
 
 def _cells(line: str, delimiter: str) -> list[str]:
@@ -197,6 +199,8 @@ class Table(Form):
     def _time(self, text: str) -> float:
         if not self._header.unit and (at_s := dated_s(text)) is not None:
             return at_s
+        if not self._header.unit and (own := _WITH_UNIT.fullmatch(text)):
+            return float(own[1].replace(",", ".")) / _PER_S.get(own[2].lower(), 1.0)
         value = seconds(text, self._clock)
         if value is None:
             raise ValueError
@@ -247,7 +251,9 @@ class Table(Form):
         if self._without_unit:
             return "its times are whole numbers, and its header names no unit: name the column `time_ms` or `time_us`"
         row = _cells(text, self._header.delimiter)
-        if (time := self._cell(row, "time")) and seconds(time, Clock()) is None:
+        time = self._cell(row, "time")
+        says_unit = not self._header.unit and _WITH_UNIT.fullmatch(time)
+        if time and not says_unit and seconds(time, Clock()) is None:
             return f"its time {excerpt(time)} is neither seconds, a time of day nor an ISO 8601 time"
         return f"is no row of this table: {excerpt(text)}"
 

@@ -285,3 +285,12 @@ def test_a_column_of_a_clear_name_counts_before_one_that_may_mean_something_else
     text = "Relative Time,t,Time,Bytes,ID,Data\n0.02,7,1.00,2,0x100,11 AA\n0.02,7,1.50,2,0x100,11 BB\n"
     _, found = read(tmp_path / "drive.csv", text)
     assert [(at_s, data.hex()) for at_s, *_, data in found] == [(0.0, "11aa"), (0.5, "11bb")]
+
+
+@pytest.mark.parametrize(
+    "times", [("0 ms", "500 ms"), ("0.000s", "0.500s"), ("1,5 s", "2,0 s"), ("0us", "500000us"), ("0 µs", "500000 µs")]
+)
+def test_a_time_may_say_its_unit_itself(times: tuple[str, str], tmp_path: Path) -> None:
+    rows = "".join(f"{time};0x100;11 AA\n" for time in times)
+    _, found = read(tmp_path / "drive.csv", f"Time;ID;Data\n{rows}")
+    assert [at_s for at_s, *_ in found] == [0.0, 0.5]
