@@ -1,5 +1,6 @@
 """Of every rulepack: restrictions and unknown facts never raise a limit, and numbers come back as they were posted."""
 
+from itertools import product
 from typing import Any, get_args
 
 import msgspec
@@ -142,16 +143,15 @@ def test_every_number_was_posted_or_stands_in_the_law(situation: Situation) -> N
         ("car_trailer", {"trailer_t": 4.0}, "lorry_trailer"),
     ],
 )
-@pytest.mark.parametrize("country", COUNTRIES)
-@pytest.mark.parametrize("road", ["rural", "dual_carriageway", "motorway"])
 def test_a_class_that_the_masses_contradict_gets_no_limit_above_the_heavier_ones(
-    country: str, road: str, told: VehicleClass, masses: dict[str, float], heavier: VehicleClass
+    told: VehicleClass, masses: dict[str, float], heavier: VehicleClass
 ) -> None:
-    here = msgspec.structs.replace(PLAIN, jurisdiction=country, road_type=road, **masses)
-    found, least = (
-        applicable_limit(BOOK, msgspec.structs.replace(here, vehicle_class=each)).limit for each in (told, heavier)
-    )
-    assert least is None or (found is not None and to_mps(found.value, found.unit) <= to_mps(least.value, least.unit))
+    for country, road in product(COUNTRIES, ("rural", "dual_carriageway", "motorway")):
+        here = msgspec.structs.replace(PLAIN, jurisdiction=country, road_type=road, **masses)
+        found, least = (
+            applicable_limit(BOOK, msgspec.structs.replace(here, vehicle_class=each)).limit for each in (told, heavier)
+        )
+        assert least is None or (found is not None and found.mps <= least.mps), (country, road)
 
 
 @pytest.mark.parametrize("name", sorted(BOOK.packs))
