@@ -14,7 +14,7 @@ import can
 from can.util import dlc2len
 
 from drivemcp.files.can_logs.text import Form, excerpt, seconds
-from drivemcp.files.since_1970 import UNTOLD_TO, counts_per_s, dated_s
+from drivemcp.files.since_1970 import UNTOLD_TO, are_days, counts_per_s, dated_s
 from drivemcp.files.time_of_day import Clock
 
 HEAD_LINES = 200
@@ -137,7 +137,7 @@ class Table(Form):
         rows = [_cells(line, header.delimiter) for line in head[header.lines :] if line.strip()]
         self._id_base = header.id_base or self._base_of_ids(rows)
         self._data_base = header.data_base or self._base_of_bytes(rows)
-        self._without_unit = not header.unit and _whole_numbers([self._cell(row, "time") for row in rows])
+        self._untimely = "" if header.unit else _untimely([self._cell(row, "time") for row in rows])
 
     def _base_of_ids(self, rows: Sequence[Sequence[str]]) -> int:
         texts = [text for row in rows if (text := self._cell(row, "id"))]
@@ -172,7 +172,7 @@ class Table(Form):
 
     def message(self, line: str) -> can.Message:
         """The frame of a row. Raises ValueError or IndexError where the row holds no frame."""
-        if self._without_unit:
+        if self._untimely:
             raise ValueError
         row = _cells(line, self._header.delimiter)
         text = self._cell(row, "id")
@@ -248,8 +248,8 @@ class Table(Form):
         return ""
 
     def malformed(self, text: str) -> str:
-        if self._without_unit:
-            return "its times are whole numbers, and its header names no unit: name the column `time_ms` or `time_us`"
+        if self._untimely:
+            return self._untimely
         row = _cells(text, self._header.delimiter)
         time = self._cell(row, "time")
         says_unit = not self._header.unit and _WITH_UNIT.fullmatch(time)
@@ -271,9 +271,15 @@ class _Rows:
                 yield self._table.message(line)
 
 
-def _whole_numbers(times: Sequence[str]) -> bool:
-    """Whether times are whole numbers that may count anything: not since 1970, and most a step of more than a second apart."""
-    values = [int(each) for each in times if each.isdigit()]
+def _untimely(times: Sequence[str]) -> str:
+    """Why times without a unit are no seconds, and what to do: days, or whole numbers, not since 1970, most of them more than a second
+    apart; empty: they may be seconds."""
+    values = [float(each) for each in times if re.fullmatch(r"\d+(?:\.\d+)?", each)]
     if len(values) < max(2, len(times)) or max(values) > UNTOLD_TO:
-        return False
-    return statistics.median(after - before for before, after in itertools.pairwise(values)) > 1
+        return ""
+    if are_days(values):
+        return "its times count days, as spreadsheets do: format the column as date and time with fractions of a second"
+    step = statistics.median(after - before for before, after in itertools.pairwise(values))
+    if step <= 1 or not all(each.is_integer() for each in values):
+        return ""
+    return "its times are whole numbers, and its header names no unit: name the column `time_ms` or `time_us`"

@@ -117,6 +117,21 @@ def test_numbers_that_may_be_in_either_base_are_taken_as_hexadecimal_and_it_is_t
     assert log.summary == ""
 
 
+@pytest.mark.parametrize(
+    ("times", "told"),
+    [
+        ([f"{20 * n}.0" for n in range(9)], "whole numbers"),
+        ([f"{45_413.416_666 + n / 8_640_000:.12f}" for n in range(9)], "count days"),
+        ([f"{739_373.416_66 + n / 8_640_000:.12f}" for n in range(9)], "count days"),
+    ],
+)
+def test_times_that_are_no_seconds_say_what_to_do(times: list[str], told: str, tmp_path: Path) -> None:
+    rows = "".join(f"{time},0x100,100E\n" for time in times)
+    log, found = read(tmp_path / "drive.csv", "time,id,data\n" + rows)
+    assert found == []
+    assert told in log.nothing
+
+
 def test_times_that_may_be_milli_or_microseconds_are_asked_for(tmp_path: Path) -> None:
     rows = "".join(f"{20 * n},0x100,100E\n" for n in range(9))
     log, found = read(tmp_path / "drive.csv", "time,id,data\n" + rows)
