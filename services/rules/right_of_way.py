@@ -107,14 +107,16 @@ def _unstated(book: RuleBook, pack: Pack, question: RightOfWayQuestion) -> tuple
     missing = [name for name in question.circumstances if not _first(here, (name, WIDER.get(name, name)))]
     readings = [parse_reading(text) for text in question.signs]
     unknown = [each for each in readings if _by_sign(pack, here, each) is None and find_sign(pack, each) is None]
+    if not missing and not unknown:
+        return ()
     elsewhere = [(each, _table(each)) for each in book.for_jurisdiction(None)]
     found = [demand for _, table in elsewhere for name in missing for demand in _first(table, (name,))]
     found += [
         demand for each, table in elsewhere for read in unknown if (demand := _by_sign(each, table, read)) is not None
     ]
-    careful = Found(trigger="", action="proceed_with_care", provision="")
-    worst = min(found, key=lambda each: careful_rank(each.action), default=careful)
-    return (msgspec.structs.replace(worst, provision="", code=""),) if missing or unknown else ()
+    found.append(Found(trigger="", action="proceed_with_care", provision=""))
+    action = min((each.action for each in found), key=careful_rank)
+    return (Found(trigger="", action=action, provision=""),)
 
 
 def _answer(book: RuleBook, pack: Pack, question: RightOfWayQuestion) -> RulesAnswer:

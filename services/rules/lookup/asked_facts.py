@@ -111,7 +111,7 @@ _LIGHTS: tuple[tuple[str, str], ...] = (
 _LIGHT_PATTERNS = [(light, re.compile(rf"\b(?:{words})\b", re.I)) for light, words in _LIGHTS]
 _OTHER_VEHICLES = re.compile(
     r"\b(?:mopeds?|mofas?|kleinkrafträd\w*|brommers?|bromfiets\w*|snorfiets\w*|cyclomoteurs?|motorower\w*|ciclomotor\w*|motorin[io]|"
-    r"e-?scooters?|tractors?|tra[kt]+or\w*|trekkers?|tracteurs?|ciągnik\w*|trattor\w*|motorhomes?|campers?|campervans?|wohnmobil\w*|"
+    r"e-?scooters?|tractors?|traktor\w*|trekkers?|tracteurs?|ciągnik\w*|trattor\w*|motorhomes?|campers?|campervans?|wohnmobil\w*|"
     r"camping-cars?|kamper\w*|autocamper|autocaravanas?|bicycles?|bikes?|fahrr[aä]d\w*|vélos?|fiets\w*|rower\w*|biciclett\w*|bicicletas?)\b",
     re.I,
 )
