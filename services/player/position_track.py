@@ -229,14 +229,13 @@ def metres(origin: Fix, fix: Fix) -> tuple[float, float]:
 
 def _of_one_unit(fixes: list[Fix], left: Left) -> list[Fix]:
     """Without the speeds, where the places show them to be in another unit than the file says or its format has."""
-    told = [
-        (fix.speed_mps, derived)
+    shares = [
+        fix.speed_mps / derived
         for number, fix in enumerate(fixes)
         if fix.speed_mps is not None
         and fix.speed_mps >= 0.0
-        and (derived := _derived(*_neighbours(fixes, number))) is not None
+        and (derived := _derived(*_neighbours(fixes, number)) or 0.0) >= SURE_MPS
     ]
-    shares = [said / derived for said, derived in told if derived >= SURE_MPS]
     share = median(shares) if len(shares) >= FEWEST_COMPARED else 1.0
     if 1.0 / CONTRADICTS < share < CONTRADICTS:
         return fixes

@@ -84,9 +84,8 @@ def right_of_way(book: RuleBook, question: RightOfWayQuestion) -> RulesAnswer:
     )
 
 
-def demands(pack: Pack, question: RightOfWayQuestion) -> tuple[Found, ...]:
+def demands(pack: Pack, table: dict[str, Found], question: RightOfWayQuestion) -> tuple[Found, ...]:
     """Everything that holds at this junction, the governing demand first."""
-    table = _table(pack)
     signs = [_by_sign(pack, table, parse_reading(text)) for text in question.signs]
     lasting = tuple(each for each in signs if each is not None and each.code not in CROSSINGS)
     signed = tuple(each for each in lasting if each.action in DEMANDING or each.trigger in table)
@@ -101,9 +100,8 @@ def demands(pack: Pack, question: RightOfWayQuestion) -> tuple[Found, ...]:
     return governing + crossing + tuple(found for each in met for found in each)
 
 
-def _unstated(book: RuleBook, pack: Pack, question: RightOfWayQuestion) -> tuple[Found, ...]:
+def _unstated(book: RuleBook, pack: Pack, here: dict[str, Found], question: RightOfWayQuestion) -> tuple[Found, ...]:
     """What the most careful of all laws demand where this one does not know a sign, or states nothing of what the ego does or meets."""
-    here = _table(pack)
     missing = [name for name in question.circumstances if not _first(here, (name, WIDER.get(name, name)))]
     readings = [parse_reading(text) for text in question.signs]
     unknown = [each for each in readings if _by_sign(pack, here, each) is None and find_sign(pack, each) is None]
@@ -120,14 +118,15 @@ def _unstated(book: RuleBook, pack: Pack, question: RightOfWayQuestion) -> tuple
 
 
 def _answer(book: RuleBook, pack: Pack, question: RightOfWayQuestion) -> RulesAnswer:
-    stated, unstated = demands(pack, question), _unstated(book, pack, question)
+    table = _table(pack)
+    stated, unstated = demands(pack, table, question), _unstated(book, pack, table, question)
     found = stated + unstated
     differ = _contradict(found)
     weak = book.weaknesses(pack)
     actions: tuple[LegalAction, ...] = tuple(f.action for f in found) or ("proceed_with_care",)
     action = min(actions, key=careful_rank)
     # Nothing demands anything, for nobody comes: the rule that would otherwise hold is named.
-    cited = stated or _first(_table(pack), ("unsigned",))
+    cited = stated or _first(table, ("unsigned",))
     citations = cite_ids(pack, (f.provision for f in cited), question.language)
     unknown = question.pedestrians_on_crossing is None or (
         question.traffic_from_priority_side is None and any(f.trigger == "unsigned" for f in found)

@@ -208,11 +208,8 @@ def _with_sides(cells: list[str], wanted: int) -> list[str]:
 
 
 def _of_radians(name: str, value: float | None) -> float | None:
-    return (
-        math.degrees(value)
-        if value is not None and re.search(r"\brad(?:ian)?s?\W*$|_rad(?:ian)?s?$", name.lower())
-        else value
-    )
+    in_radians = re.search(r"(?:\b|_)rad(?:ian)?s?\W*$", name.lower())  # no `Breitengrad`
+    return math.degrees(value) if value is not None and in_radians else value
 
 
 def _side(name: str, text: str, axis: str, side: str) -> float | None:

@@ -487,7 +487,7 @@ def test_a_wind_that_never_blows_is_none() -> None:
     told = metar.read(blown.encode(), NOW_NS)
     assert (told.wind_mps, told.gust_mps) == (None, None)
     told = metar.read(report("1150", "O300 FG BKN001 02/02 Q1008").encode(), NOW_NS)
-    assert told.wind_mps == pytest.approx((3.09, 8.21), abs=0.01), "a sight with a letter O is none"
+    assert told.wind_mps == pytest.approx((3.09, 8.21), abs=0.01), "a sight that is written with a letter O is no wind"
 
 
 def test_what_a_program_writes_for_a_missing_value_is_unknown() -> None:
