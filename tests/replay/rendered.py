@@ -77,10 +77,10 @@ def outline(messages: Mapping[str, list[Any]]) -> dict[str, list[str]]:
 
 
 def processor() -> str:
-    """The machine's instruction set and the C library: what decides the last bit of pixels and networks."""
-    flags = ""
+    """Maker and instruction set of the machine, and the C library: what decides the last bit of pixels and networks."""
+    told: dict[str, str] = {}
     if Path("/proc/cpuinfo").exists():
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
-        flags = next((line.partition(":")[2] for line in lines if line.startswith("flags")), "")
-    simd = " ".join(sorted({"avx2", "avx512f", "avx512_vnni", "avx_vnni"} & set(flags.split())))
-    return f"{platform.machine()} {simd} {'-'.join(platform.libc_ver())}"
+        told = {name.strip(): value.strip() for name, _, value in (line.partition(":") for line in reversed(lines))}
+    simd = sorted({"avx2", "avx512f", "avx512_vnni", "avx_vnni"} & set(told.get("flags", "").split()))
+    return " ".join((platform.machine(), told.get("vendor_id", ""), *simd, "-".join(platform.libc_ver())))
