@@ -26,7 +26,7 @@ from services.arbiter.assessment.reading import Reading
 from services.arbiter.assessment.risk import Utilities, utilities
 from services.arbiter.braking import act, budget
 from services.arbiter.braking.act import Need, Permission
-from services.arbiter.braking.emergency import is_due, is_emergency, is_surely_last_moment
+from services.arbiter.braking.emergency import hardest_mps2, is_due, is_emergency, is_surely_last_moment
 from services.arbiter.braking.guard import Case, case, emergency_objections, objections
 from services.arbiter.braking.lasting import lasts, sighted, stands
 from services.arbiter.braking.own_hazards import ANSWERED, HAZARDS, seen_hazards
@@ -251,7 +251,7 @@ def _need(meant: Suggested | None, case: Case, inputs: Inputs, profile: Profile,
     return Need(
         mps2=act.danger_mps2(meant.actor, meant.ego_mps, profile) if meant is not None else 0.0,
         hard=hard,
-        grip_mps2=act.grip_mps2(view, profile),
+        grip_mps2=min(act.grip_mps2(view, profile), hardest_mps2(case, profile)),
         stands=stands(view.ego_speed_mps),
     )
 

@@ -10,14 +10,33 @@ from services.arbiter.braking.guard import Case, in_way_s, may_still_halt, overl
 from services.arbiter.profiles.profile import Profile
 
 
-def is_certain(track: Track, profile: Profile) -> bool:
-    """Whether a road user is surely there: seen in the last pictures without a break, and surely enough to brake hard for."""
+def is_certain(track: Track, confidence: float, profile: Profile) -> bool:
+    """Whether a road user is surely there: seen in the last pictures without a break, with at least this confidence."""
     return (
-        track.confidence >= profile.emergency_confidence
+        track.confidence >= confidence
         and track.steady_s is not None
         and track.steady_s >= profile.act_track_age_s
         and track.unseen_s <= profile.emergency_unseen_s
     )
+
+
+def asked_confidence(case: Case, profile: Profile) -> float:
+    """How sure a road user must be there: surer than for soft braking, unless this car cannot brake harder than that."""
+    hard = hardest_mps2(case, profile) > profile.act_brake_max_mps2
+    return profile.emergency_confidence if hard else profile.act_confidence
+
+
+def hardest_mps2(case: Case, profile: Profile) -> float:
+    """What brakes and road give at most (m/s2), by the upper bound of friction, in either view."""
+    bounds = [act_bounds(view, profile) for view in _views(case)]
+    return max(min(profile.brake_max_mps2, each.mu * GRAVITY_MPS2) * each.envelope for each in bounds)
+
+
+def _views(case: Case) -> tuple[View, View]:
+    """Grip and brakes as the orchestrator and the arbiter have them."""
+    request = case.request
+    theirs = View(mu_low=request.mu_low, mu_high=request.mu_high, brake_envelope=request.brake_envelope)
+    return theirs, case.reading.view
 
 
 def can_brake_mps2(view: View, permission: Permission, profile: Profile, *, surely: bool) -> float:
@@ -74,8 +93,7 @@ def meets_in_time(track: Track, gap_m: float, ego_mps: float, profile: Profile) 
 
 def _is_last(case: Case, permission: Permission, profile: Profile, within_s: float, *, surely: bool) -> bool:
     request, view = case.request, case.reading.view
-    theirs = View(mu_low=request.mu_low, mu_high=request.mu_high, brake_envelope=request.brake_envelope)
-    can_mps2 = max(can_brake_mps2(each, permission, profile, surely=surely) for each in (theirs, view))
+    can_mps2 = max(can_brake_mps2(each, permission, profile, surely=surely) for each in _views(case))
     if case.asked is None or case.own is None or can_mps2 <= 0.0:
         return False
     pairs = ((case.asked, request.ego_speed_mps), (case.own, view.ego_speed_mps))
@@ -102,10 +120,14 @@ def _agree(asked: Numbers | None, own: Numbers | None, profile: Profile) -> bool
     return abs(asked.closing_mps - own.closing_mps) <= profile.speed_known_mps
 
 
+def _is_certain(numbers: Numbers | None, case: Case, profile: Profile) -> bool:
+    return numbers is not None and is_certain(numbers.track, asked_confidence(case, profile), profile)
+
+
 ROWS: tuple[tuple[str, Callable[[Case, Permission, Profile], bool]], ...] = (
     ("request and own reading disagree on the closing speed", lambda c, g, p: _agree(c.asked, c.own, p)),
-    ("the actor is not certain in the request", lambda c, g, p: c.asked is not None and is_certain(c.asked.track, p)),
-    ("the actor is not certain in the own reading", lambda c, g, p: c.own is not None and is_certain(c.own.track, p)),
+    ("the actor is not certain in the request", lambda c, g, p: _is_certain(c.asked, c, p)),
+    ("the actor is not certain in the own reading", lambda c, g, p: _is_certain(c.own, c, p)),
     ("later braking still avoids it", lambda c, g, p: is_last_moment(c, g, p)),
 )
 """(what is wrong if it does not hold, whether it holds)."""

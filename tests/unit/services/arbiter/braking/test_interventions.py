@@ -122,6 +122,19 @@ def doubting(ticks: frozenset[int], **fields: object) -> Callable[[int, Asked], 
     return change
 
 
+@SOME
+@given(speed_mps=st.floats(40 / 3.6, 60 / 3.6), confidence=st.floats(0.7, 0.79))
+def test_a_car_with_weak_brakes_asks_for_no_more_certainty_than_its_braking_needs(
+    speed_mps: float, confidence: float
+) -> None:
+    doubted = doubting(frozenset(range(150)), confidence=confidence)
+    weak, whole = approach(speed_mps, effect=0.37, change=doubted), approach(speed_mps, change=doubted)
+    assert impact_mps(weak) <= 5.0 / 3.6
+    for moments in (weak, whole):
+        commands = (each.command.deceleration_mps2 for each in moments if each.command is not None)
+        assert max(commands, default=0.0) <= CALIBRATED.act_brake_max_mps2
+
+
 LEAPS = st.fixed_dictionaries(
     {"steady_s": st.just(0.0), "vx_mps": st.floats(-30.0, -0.1), "sigma_vx_mps": st.floats(0.0, 50.0)}
 )
