@@ -281,6 +281,12 @@ def _end(*slots: str) -> Callable[[Signs, SignAhead, int], Signs]:
     return end
 
 
+def _zone_end(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
+    """A zone's sign under a plate is ended with the zone, as the sign without one on the other side of the road."""
+    under_plates = [each for each in signs.conditional if each.posted.scope == "zone"]
+    return _end("zone")(_without(signs, under_plates, now_ns), sign, now_ns)
+
+
 def _school_end(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
     return _without(signs, [each for each in signs.conditional if SCHOOL_PLATE in each.posted.plates], now_ns)
 
@@ -330,7 +336,7 @@ def _border(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
 ENDS: dict[str, Callable[[Signs, SignAhead, int], Signs]] = {
     "limit_end": _end("permanent", "conditional", "gantry"),
     "all_end": _end("permanent", "conditional", "gantry"),
-    "zone_end": _end("zone"),
+    "zone_end": _zone_end,
     "school_end": _school_end,
     "led:end": _end("gantry"),
     "led:blank": _end("gantry"),

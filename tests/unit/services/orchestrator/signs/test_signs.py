@@ -169,6 +169,15 @@ def test_a_zone_ends_by_its_own_sign() -> None:
     assert drive.target_mps == pytest.approx(50 * KMH)
 
 
+@pytest.mark.parametrize("plate", ["plate:when_wet:drawn", "plate:time", "plate:arrow_right", "plate:lorries"])
+def test_a_zone_ends_also_where_one_of_its_signs_was_read_with_a_plate(plate: str) -> None:
+    drive = Drive()
+    drive.tick(limit_sign("zone:30", track_id=1))
+    drive.tick(limit_sign("zone:30", track_id=2, plates=(plate,)))
+    drive.tick(end_sign("zone_end"))
+    assert drive.target_mps == pytest.approx(50 * KMH)
+
+
 @given(st.permutations(("zone:30", "zone:30", "limit:30", "limit:30")), st.integers(0, 10))
 @FEW
 def test_the_ring_of_a_zones_sign_that_is_read_alone_ends_with_the_zone(order: list[str], apart: int) -> None:
