@@ -22,6 +22,8 @@ NEAR = 2.5
 MOST_HIDDEN = 0.5
 SETTLED_S = 1.0
 SPECIFIC = ("limit", "sign", "message")
+SEEN_FROM_BEHIND = "light:off"
+"""A head across the junction; truth tells the colour of the ego's own."""
 RIGHTLY, FIRST = "signs passed that were believed rightly", "first believed from, m"
 
 
@@ -126,7 +128,7 @@ def _anyone(track: Track, truth: Truth) -> bool:
 
 
 def _facts(recording: Recording) -> list[tuple[str, Share | list[float]]]:
-    """By physical sign that was passed: believed rightly, first from how far, or believed wrongly; of lights, each fact."""
+    """By physical sign that was passed: believed rightly, first from how far, or believed wrongly; of lit lights, each fact."""
     truths = dict(recording.truths)
     there = _passed(recording)
     right: dict[str, float] = {}
@@ -137,7 +139,7 @@ def _facts(recording: Recording) -> list[tuple[str, Share | list[float]]]:
             truth = truths.get(fact.frame_stamp_ns) or truths.get(stamp_ns)
             if truth is None or not fact.believed:
                 continue
-            if fact.kind == "light" and truth.light is not None:
+            if fact.kind == "light" and truth.light is not None and fact.reading != SEEN_FROM_BEHIND:
                 lamps = [lamps[0] + (fact.reading.startswith(f"light:{truth.light}")), lamps[1] + 1]
             sign = sign_of(fact, truth.signs) if fact.kind in SPECIFIC and not fact.passed else None
             if sign is None or not is_true(key := key_of(sign)) or key not in there:
