@@ -11,6 +11,9 @@ from typing import NamedTuple
 from domain import kinematics
 from proto.perception import Track
 
+STANDS_SLACK_MPS = 1.0
+"""So much of a measured speed may be noise, at most."""
+
 
 class Sight(NamedTuple):
     """From when on a track counts as well seen, as certain, as known."""
@@ -69,12 +72,14 @@ def is_vehicle_there(track: Track, speed_mps: float | None, sight: Sight, across
 def is_passed(track: Track, gap_m: float, speed_mps: float | None, *, stands_mps: float, across_mps: float) -> bool:
     """Whether the ego passes a vehicle beside its way that stands, comes towards it, or is alongside already and does not cross.
 
-    `gap_m`: bumper to bumper, 0 or less alongside. An unknown speed passes only what is alongside or oncoming.
+    `gap_m`: bumper to bumper, 0 or less alongside. An unknown speed passes only what is alongside or oncoming. A speed that may
+    be measured by one standard deviation too high, `STANDS_SLACK_MPS` at most, is a standstill.
     """
     if track.kind != "vehicle" or track.clearance_m is None or track.clearance_m <= 0.0:
         return False
     alongside = gap_m <= 0.0 and abs(track.vy_mps) < across_mps
-    stands = speed_mps is not None and math.hypot(speed_mps, track.vy_mps) < stands_mps
+    slack_mps = min(max(0.0, track.sigma_vx_mps), STANDS_SLACK_MPS)
+    stands = speed_mps is not None and math.hypot(max(0.0, abs(speed_mps) - slack_mps), track.vy_mps) < stands_mps
     return track.oncoming or alongside or stands
 
 

@@ -150,7 +150,10 @@ def lowest(found: Iterable[LimitAhead], limit: LegalLimit | None) -> LimitAhead 
 
 
 def told_of_less(state: State, limit: LegalLimit) -> bool:
-    """Whether the driver was told just now of a limit ahead that is lower: it is enough to keep that one."""
+    """Whether the driver was told of a lower limit ahead, just now or where it begins in a moment: it is enough to keep that one."""
+    lower = lowest(limits_ahead(state), limit)
+    if lower is not None and was_announced(state, lower) and _room_m(lower) <= HEEDS_S * (state.speed_mps or 0.0):
+        return True
     told = [state.memory.last(kind) for kind in ANNOUNCES if told_within(state, kind, HEEDS_S)]
     news = [each.news for each in told if each is not None]
     return any(to_mps(each.value or 0.0, "mph" if each.unit == "mph" else "km/h") < limit.mps for each in news)

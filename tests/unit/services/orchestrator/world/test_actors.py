@@ -396,6 +396,16 @@ def test_the_end_of_a_queue_is_told_early_of_what_fills_the_lane_and_of_what_lea
     assert target(seen(standing, speed_mps=17.2)).mps < target(seen(speed_mps=17.2)).mps
 
 
+@pytest.mark.parametrize(
+    ("clearance_m", "over_ground_mps", "told"), [(0.3, 2.2, False), (0.3, 3.5, True), (-0.3, 2.2, True)]
+)
+def test_a_parked_car_beside_the_way_whose_speed_is_measured_a_little_wrong_is_no_hazard(
+    clearance_m: float, over_ground_mps: float, told: bool
+) -> None:
+    parked = car(8.0, over_ground_mps - 7.0, clearance_m=clearance_m, y_m=-2.5, sigma_vx_mps=0.7)
+    assert ("lead" in hazards(seen(parked, speed_mps=7.0))) is told
+
+
 CUTS_IN: dict[str, Any] = {"vy_mps": 2.0, "y_m": -1.5, "clearance_m": -0.4}
 
 

@@ -286,6 +286,20 @@ def test_no_overspeed_is_spoken_when_a_lower_limit_is_about_to_be_announced(anno
     assert drive.spoken()[before:] == (["50 ahead"] if announced else ["Slow down: 80"])
 
 
+@pytest.mark.parametrize("speed_mps", [23.5, 24.0, 25.0, 26.0])
+def test_a_driver_told_of_a_lower_limit_hears_no_word_on_the_higher_one_right_before_the_sign(speed_mps: float) -> None:
+    drive, left_m = Drive(Played(arbiter=arbiter()), speed_mps=22.0, road="rural"), 230.0
+    drive.tick(limit_sign("limit:80", track_id=1))
+    drive.ticks(100)
+    before = len(drive.spoken())
+    drive.comes_to(speed_mps)
+    while left_m > 0.0:
+        drive.tick(*[limit_sign("limit:70", track_id=7, passed=False, distance_m=left_m)] * (left_m < 133.0))
+        left_m -= speed_mps * TICK_S
+    assert drive.history[-1][2].assistance.warning == "sounded"
+    assert drive.spoken()[before:] == ["70 ahead", "Slow down: 70 ahead"]
+
+
 @FEW
 @given(speed_mps=st.floats(5.0, 45.0), from_m=st.floats(3.0, 250.0))
 def test_nobody_who_is_slow_enough_is_told_and_everybody_else_in_time(speed_mps: float, from_m: float) -> None:
