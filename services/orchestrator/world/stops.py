@@ -4,7 +4,8 @@ from typing import NamedTuple
 
 from domain import kinematics
 from proto.perception import Track
-from services.orchestrator.state import Light, State
+from services.orchestrator.signs.limits import SURE
+from services.orchestrator.state import Light, SignAhead, State
 from services.orchestrator.world.actors import EGO_HALF_M, people
 from services.orchestrator.world.lights import OUT_OF_SIGHT_NS
 from services.orchestrator.world.stop_lines import STOP_LINES, beyond, is_beyond, line_of, stop_signs, unexplained_line
@@ -39,7 +40,8 @@ class Stop(NamedTuple):
     unmapped: bool = False
     """The line is a guess beside the map's."""
     doubted: bool = False
-    """One picture alone shows it, or none for 3 s, and no map has its line: it bounds the target, and is not spoken of."""
+    """One picture alone shows it, or none for 3 s, or it is read unsurely, and no map has its line: it bounds the target, and is not
+    spoken of."""
 
     def approach_mps(self) -> float:
         """The speed from which comfortable braking ends at the line."""
@@ -100,8 +102,15 @@ def _by_now_m(state: State, light: Light) -> float | None:
 def _sign(state: State) -> Stop | None:
     signs = stop_signs(state.signs)
     ahead = signs if state.halted_ns is None else beyond(signs)
-    found = (_at("stop_sign", line_of(sign, state.stop_m, state.stop_kind), sign.confidence) for sign in ahead)
-    return next(found, None)
+    return next((_at_sign(state, sign) for sign in ahead), None)
+
+
+def _at_sign(state: State, sign: SignAhead) -> Stop | None:
+    line_m = line_of(sign, state.stop_m, state.stop_kind)
+    stop = _at("stop_sign", line_m, sign.confidence)
+    unmapped = state.stop_m is None or line_m != state.stop_m
+    doubted = unmapped and not sign.believed and sign.confidence < SURE
+    return stop._replace(doubted=doubted) if stop is not None else None
 
 
 def _line(state: State) -> Stop | None:

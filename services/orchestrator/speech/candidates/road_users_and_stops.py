@@ -251,7 +251,7 @@ def stop(state: State, target: Target, events: dict[str, Event]) -> Iterator[Can
 
     For a driver who sets off below a light that only the driver can see, the request to look at the light.
     """
-    due = next((stop for stop in stops(state) if stop.why != "person" and not stop.doubted), None)
+    due = _next_line(state)
     found = _stop_candidate(state, due) if due is not None and "stop_required" in events else None
     if found is not None:
         yield found
@@ -261,6 +261,11 @@ def stop(state: State, target: Target, events: dict[str, Event]) -> Iterator[Can
             kind=Kind.STOP, news=News(what="light_lost"), again_s=60.0, phrase="light_lost", urgency="advice", values=values,
             why=("light_lost",), confidence=0.3,
         )  # fmt: skip
+
+
+def _next_line(state: State) -> Stop | None:
+    """The next line to stop at that is not doubted."""
+    return next((stop for stop in stops(state) if stop.why != "person" and not stop.doubted), None)
 
 
 def _stop_candidate(state: State, stop: Stop) -> Candidate | None:
@@ -293,7 +298,7 @@ def _stop_candidate(state: State, stop: Stop) -> Candidate | None:
 
 def stop_is_due_soon(state: State) -> bool:
     """Whether a word on the next line is due before a word of now is over, for a driver who goes on like this."""
-    line, ego = next((stop for stop in stops(state) if stop.why != "person"), None), state.world.ego.speed_mps
+    line, ego = _next_line(state), state.world.ego.speed_mps
     if line is None or ego is None:
         return False
     nearer = line._replace(room_m=line.room_m - SPOKEN_S * ego.value)

@@ -77,6 +77,28 @@ def test_a_sign_whose_distance_nobody_knows_is_stopped_for() -> None:
     assert wanted(at_sign(None)) == ["stop_sign"]
 
 
+@pytest.mark.parametrize(
+    ("doubted", "mapped", "spoken"),
+    [
+        ({}, False, True),
+        ({"believed": False, "confidence": 0.7}, False, True),
+        ({"believed": False, "confidence": 0.35}, True, True),
+        ({"believed": False, "confidence": 0.35}, False, False),
+    ],
+)
+def test_a_stop_sign_that_is_read_unsurely_lowers_the_target_and_no_word_is_said_of_it(
+    doubted: dict[str, object], mapped: bool, spoken: bool
+) -> None:
+    drive = Drive(speed_mps=25.0)
+    show(drive, *[80.0] * mapped)
+    drive.tick(fact("sign", "stop", **{"track_id": 2, "distance_m": 80.0, **doubted}))
+    drive.ticks(3)
+    assert wanted(drive) == ["stop_sign"]
+    assert drive.target_mps is not None
+    assert drive.target_mps < 20.0
+    assert ("Stop at the line" in drive.spoken()) is spoken
+
+
 def test_a_passed_line_does_not_hide_the_one_ahead() -> None:
     drive = at_sign(30.0, -1.5, 28.0, speed_mps=5.0)
     (stop,) = stops(drive.state)
