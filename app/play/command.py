@@ -13,7 +13,7 @@ def register(subparsers: Subparsers) -> None:
         "play",
         help="feed a recording or a webcam through the stack",
         description="Ego speed comes from the recording (frame.json, a log of ours), else from a CAN log beside it (VIDEO.asc beside "
-        "VIDEO.mp4, or one inside the folder; .blf, .log, .mf4, .trc likewise), else from a position track (VIDEO.gpx, .nmea or .csv) or "
+        "VIDEO.mp4, or one inside the folder; .blf, .log, .mf4, .trc likewise), else from a position track (VIDEO.gpx, .nmea, .csv or .vbo) or "
         "the positions that the camera wrote into the video, else it is unknown, and treated so.",
     )
     parser.add_argument(
@@ -71,7 +71,7 @@ def _add_track(parser: argparse.ArgumentParser) -> None:
         "--track",
         default="",
         metavar="FILE",
-        help="positions for ego speed and country: .gpx, .nmea, .csv, a video that holds them; `none`: use none",
+        help="positions for ego speed and country: .gpx, .nmea, .csv, .vbo, a video that holds them; `none`: use none",
     )
     parser.add_argument(
         "--track-offset", type=number(-86_400.0, 86_400.0), default=0.0, metavar="S",

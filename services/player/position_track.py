@@ -1,4 +1,4 @@
-"""A position track beside a recording (GPX, NMEA 0183, CSV) or inside its video: ego speed and position at the recording's pace."""
+"""A position track beside a recording (GPX, NMEA 0183, CSV, VBO) or inside its video: ego speed and position at the recording's pace."""
 
 import contextlib
 import csv
@@ -20,7 +20,7 @@ from proto.sensors import GnssFix
 from proto.vehicle import Ego
 from services.player.embedded_track import SUFFIXES, embedded_rows
 from services.player.recording import TimedMessage
-from services.player.tracks import gpx, nmea, table
+from services.player.tracks import gpx, nmea, table, vbo
 from services.player.tracks.fix import Fix, Left, heading_deg
 
 RATE_HZ = 10.0
@@ -213,7 +213,7 @@ def _is_place(fix: Fix, left: Left) -> bool:
 
 
 READERS: Mapping[str, Callable[[str, Left], Iterator[Fix]]] = {
-    ".gpx": gpx.fixes, ".nmea": nmea.fixes, ".csv": table.fixes,
+    ".gpx": gpx.fixes, ".nmea": nmea.fixes, ".csv": table.fixes, ".vbo": vbo.fixes,
 }  # fmt: skip
 
 

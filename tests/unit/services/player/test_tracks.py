@@ -488,3 +488,51 @@ def test_a_decimal_comma_before_a_power_of_ten_is_one(tmp_path: Path) -> None:
     path = tmp_path / "drive.csv"
     path.write_text("Zeit (s);Breite (°);Länge (°);Richtung (°)\n0,0E0;4,8E1;1,15E1;9,0E1\n1,0E0;4,8E1;1,15E1;9,0E1\n")
     assert read_track(path)[0][1:3] == (48.0, 11.5)
+
+
+VBO = """File created on 12/05/2026 at 10:11:12
+
+[header]
+satellites
+time
+latitude
+longitude
+velocity {unit}
+heading
+height
+
+[comments]
+made by a logger
+
+[column names]
+sats time lat long velocity heading height
+
+[data]
+009 235959.90 +03119.09973 +00058.49277 {speed} 180.23 +00120.50
+000 235959.95 +03119.09973 +00058.49277 {speed} 180.23 +00120.50
+009 000000.10 +03119.09873 +00058.49277 {speed} 180.23 +00120.50
+"""
+
+
+@pytest.mark.parametrize(
+    ("unit", "speed"), [("kmh", "036.000"), ("", "036.000"), ("mph", "22.369363"), ("knots", "19.438445")]
+)
+def test_a_loggers_minutes_are_west_positive_and_its_speed_is_in_the_headers_unit(
+    unit: str, speed: str, tmp_path: Path
+) -> None:
+    (path := tmp_path / "lap.vbo").write_text(VBO.format(unit=unit, speed=speed), encoding="utf-8")
+    first, last = read_track(path)
+    assert first[1:5] == pytest.approx((3119.09973 / 60.0, -58.49277 / 60.0, 10.0, 180.23), abs=1e-5)
+    assert last.at_s - first.at_s == pytest.approx(0.2)
+    assert "1 not read, first line 20: the receiver had no fix" in not_read(path)
+
+
+def test_a_loggers_file_without_its_columns_or_in_an_unknown_unit_says_what_is_wrong(tmp_path: Path) -> None:
+    (path := tmp_path / "lap.vbo").write_text(
+        VBO.replace("lat long", "x y").format(unit="kmh", speed="1"), encoding="utf-8"
+    )
+    with pytest.raises(UserError, match="no lat, long under"):
+        read_track(path)
+    path.write_text(VBO.format(unit="furlongs", speed="1"), encoding="utf-8")
+    with pytest.raises(UserError, match="'furlongs'"):
+        read_track(path)
