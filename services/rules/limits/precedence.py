@@ -59,11 +59,16 @@ def decide(pack: Pack, situation: Situation) -> Verdict:
 
 
 def preferred(pack: Pack, candidates: tuple[LimitCandidate, ...]) -> tuple[LimitCandidate, ...]:
-    """Of contradicting provisions those of the highest kind: statute, then sign table, then guidance."""
+    """Of contradicting provisions those of the highest kind that surely holds here, and those above it that may hold.
+
+    The kinds are statute, then sign table, then guidance.
+    """
+    found: list[LimitCandidate] = []
     for kind in pack.manifest.precedence:
-        if found := tuple(candidate for candidate in candidates if candidate.kind == kind):
-            return found
-    return ()
+        found += (candidate for candidate in candidates if candidate.kind == kind)
+        if any(not candidate.presumed for candidate in found):
+            break
+    return tuple(found)
 
 
 def lowest(candidates: Iterable[LimitCandidate]) -> LimitCandidate | None:

@@ -182,3 +182,19 @@ def test_an_end_that_is_older_or_less_sure_than_a_sign_lifts_it_not(
 def test_a_later_end_that_is_as_sure_lifts_a_sign() -> None:
     assert town_with(0.9, 8.0, 0.9, 2.0) == pytest.approx(50 / 3.6)
     assert town_with(0.9, 2.0, 0.9, 2.0) == pytest.approx(50 / 3.6)
+
+
+@pytest.mark.parametrize(
+    ("country", "vehicle", "undivided", "divided"),
+    [
+        ("GBR", "car", 60, 70), ("GBR", "lorry", 50, 60), ("GBR-SCT", "lorry", 40, 50), ("GBR", "car_trailer", 50, 60),
+        ("FRA", "car", 80, 110), ("FRA", "lorry_light", 80, 90), ("FRA", "lorry_trailer", 60, 80),
+    ],
+)  # fmt: skip
+def test_a_road_called_expressway_has_the_law_of_divided_roads_only_where_it_is_known_to_be_divided(
+    country: str, vehicle: str, undivided: int, divided: int
+) -> None:
+    here = Situation(jurisdiction=country, road_type="expressway", vehicle_class=vehicle, wet=False, snow=False, novice=False,
+                     visibility_m=500.0)  # type: ignore[arg-type]  # fmt: skip
+    told = [ask(here, divided=each).limit for each in (None, False, True)]
+    assert [each.value for each in told if each is not None] == [undivided, undivided, divided]
