@@ -13,8 +13,8 @@ def register(subparsers: Subparsers) -> None:
         "play",
         help="feed a recording or a webcam through the stack",
         description="Ego speed comes from the recording (frame.json, a log of ours), else from a CAN log beside it (VIDEO.asc beside "
-        "VIDEO.mp4, or one inside the folder; .blf, .log, .mf4, .trc likewise), else from a position track (VIDEO.gpx, .nmea, .csv or .vbo) or "
-        "the positions that the camera wrote into the video, else it is unknown, and treated so.",
+        "VIDEO.mp4, or one inside the folder; .blf, .log, .mf4, .trc likewise), else from a position track "
+        "(VIDEO.gpx, .nmea, .csv or .vbo) or the positions that the camera wrote into the video, else it is unknown, and treated so.",
     )
     parser.add_argument(
         "source",

@@ -192,9 +192,9 @@ def test_a_later_end_that_is_as_sure_lifts_a_sign() -> None:
     ],
 )  # fmt: skip
 def test_a_road_called_expressway_has_the_law_of_divided_roads_only_where_it_is_known_to_be_divided(
-    country: str, vehicle: str, undivided: int, divided: int
+    country: str, vehicle: VehicleClass, undivided: int, divided: int
 ) -> None:
     here = Situation(jurisdiction=country, road_type="expressway", vehicle_class=vehicle, wet=False, snow=False, novice=False,
-                     visibility_m=500.0)  # type: ignore[arg-type]  # fmt: skip
+                     visibility_m=500.0)  # fmt: skip
     told = [ask(here, divided=each).limit for each in (None, False, True)]
     assert [each.value for each in told if each is not None] == [undivided, undivided, divided]
