@@ -10,6 +10,14 @@ _WRITTEN = re.compile(
 )
 """Hour, minute, second, its fraction, half of the day; then a zone, which is passed over, and a year."""
 
+_DIGITS = re.compile(r"([01]\d|2[0-3])([0-5]\d)([0-5]\d(?:\.\d+)?)")
+
+
+def second_of_digits(text: str) -> float | None:
+    """Seconds since midnight of `hhmmss`, with or without a fraction; None: the text is no such time."""
+    found = _DIGITS.fullmatch(text)
+    return int(found[1]) * 3600 + int(found[2]) * 60 + float(found[3]) if found is not None else None
+
 
 def second_of_day(text: str) -> float | None:
     """Seconds since midnight as the text says it, whatever its zone; None: no time of day ends it."""

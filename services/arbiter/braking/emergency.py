@@ -10,10 +10,10 @@ from services.arbiter.braking.guard import Case, in_way_s, may_still_halt, overl
 from services.arbiter.profiles.profile import Profile
 
 
-def is_certain(track: Track, confidence: float, profile: Profile) -> bool:
-    """Whether a road user is surely there: seen in the last pictures without a break, with at least this confidence."""
+def is_certain(track: Track, case: Case, profile: Profile) -> bool:
+    """Whether a road user is surely there: seen in the last pictures without a break, and surely enough to brake for as hard as can be."""
     return (
-        track.confidence >= confidence
+        track.confidence >= asked_confidence(case, profile)
         and track.steady_s is not None
         and track.steady_s >= profile.act_track_age_s
         and track.unseen_s <= profile.emergency_unseen_s
@@ -29,7 +29,11 @@ def asked_confidence(case: Case, profile: Profile) -> float:
 def hardest_mps2(case: Case, profile: Profile) -> float:
     """What brakes and road give at most (m/s2), by the upper bound of friction, in either view."""
     bounds = [act_bounds(view, profile) for view in _views(case)]
-    return max(min(profile.brake_max_mps2, each.mu * GRAVITY_MPS2) * each.envelope for each in bounds)
+    return max(_given_mps2(each.mu, each.envelope, profile) for each in bounds)
+
+
+def _given_mps2(mu: float, envelope: float, profile: Profile) -> float:
+    return min(profile.brake_max_mps2, mu * GRAVITY_MPS2) * envelope
 
 
 def _views(case: Case) -> tuple[View, View]:
@@ -49,7 +53,7 @@ def can_brake_mps2(view: View, permission: Permission, profile: Profile, *, sure
     if surely and view.mu_low is not None:
         mu = min(mu, max(profile.mu_unknown_low, view.mu_low))
     most = min(permission.max_deceleration_mps2, profile.emergency_brake_max_mps2)
-    return min(most, min(profile.brake_max_mps2, mu * GRAVITY_MPS2) * bounds.envelope)
+    return min(most, _given_mps2(mu, bounds.envelope, profile))
 
 
 def is_last_moment(case: Case, permission: Permission, profile: Profile) -> bool:
@@ -120,14 +124,16 @@ def _agree(asked: Numbers | None, own: Numbers | None, profile: Profile) -> bool
     return abs(asked.closing_mps - own.closing_mps) <= profile.speed_known_mps
 
 
-def _is_certain(numbers: Numbers | None, case: Case, profile: Profile) -> bool:
-    return numbers is not None and is_certain(numbers.track, asked_confidence(case, profile), profile)
-
-
 ROWS: tuple[tuple[str, Callable[[Case, Permission, Profile], bool]], ...] = (
     ("request and own reading disagree on the closing speed", lambda c, g, p: _agree(c.asked, c.own, p)),
-    ("the actor is not certain in the request", lambda c, g, p: _is_certain(c.asked, c, p)),
-    ("the actor is not certain in the own reading", lambda c, g, p: _is_certain(c.own, c, p)),
+    (
+        "the actor is not certain in the request",
+        lambda c, g, p: c.asked is not None and is_certain(c.asked.track, c, p),
+    ),
+    (
+        "the actor is not certain in the own reading",
+        lambda c, g, p: c.own is not None and is_certain(c.own.track, c, p),
+    ),
     ("later braking still avoids it", lambda c, g, p: is_last_moment(c, g, p)),
 )
 """(what is wrong if it does not hold, whether it holds)."""

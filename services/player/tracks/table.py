@@ -11,7 +11,7 @@ from datetime import UTC, datetime
 from typing import NamedTuple
 
 from drivemcp.files.since_1970 import are_days, counts_per_s, dated_s
-from drivemcp.files.time_of_day import Clock, second_of_day
+from drivemcp.files.time_of_day import Clock, second_of_day, second_of_digits
 from services.player.can_log import SPEED_UNITS
 from services.player.tracks.coordinates import degrees, in_minutes, of_minutes
 from services.player.tracks.fix import Fix, Left, number
@@ -53,7 +53,6 @@ ENOUGH = 10
 SUMMER_TIME_S = (3_540.0, 3_600.0)
 """A clock that falls back by so much, once, was put back from summer time."""
 SINCE_1970 = 9e8
-_DIGITS = re.compile(r"([01]\d|2[0-3])([0-5]\d)([0-5]\d(?:\.\d+)?)")
 
 
 class OtherTableError(Exception):
@@ -82,7 +81,7 @@ def fixes(text: str, left: Left) -> Iterator[Fix]:
     as_sentences = in_minutes([(row.latitude_deg, row.longitude_deg) for row in rows])
     if not as_sentences and not (unit and unit["unit"]):
         _check_unit(columns["time"], [row.time for row in rows])
-    clock, of_day = Clock(), as_sentences or all(_DIGITS.fullmatch(row.time) for row in rows)
+    clock, of_day = Clock(), as_sentences or all(second_of_digits(row.time) is not None for row in rows)
     times = [_time(row.time, unit["unit"] if unit else "", delimiter, clock, digits=of_day) for row in rows]
     for row, at_s in zip(rows, _without_summer_time(times), strict=True):
         if at_s is None:
@@ -244,8 +243,8 @@ def _time(text: str, unit: str | None, delimiter: str, clock: Clock, *, digits: 
 
     `digits`: 100059 is one second before 100100, as it is behind a date.
     """
-    if (digits or " " in text) and not unit and (found := _DIGITS.fullmatch(text.rpartition(" ")[2])):
-        return clock.after(int(found[1]) * 3600 + int(found[2]) * 60 + float(found[3]))
+    if (digits or " " in text) and not unit and (second := second_of_digits(text.rpartition(" ")[2])) is not None:
+        return clock.after(second)
     if not unit and (at_s := dated_s(text)) is not None:
         return at_s
     value = number(text, delimiter)

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterator, Mapping
 
-from drivemcp.files.time_of_day import Clock
+from drivemcp.files.time_of_day import Clock, second_of_digits
 from services.player.can_log import SPEED_UNITS
 from services.player.tracks.fix import Fix, Left, number
 
@@ -12,7 +12,6 @@ MOST_LATITUDE_MIN, MOST_LONGITUDE_MIN = 90.0 * 60.0, 180.0 * 60.0
 SPEED = re.compile(r"(velocity|speed)(?:[-_ ]*[(\[]?([a-z/]+)[)\]]?)?")
 LOGGED_IN = "km/h"
 """The speed's unit where the header names none."""
-_TIME = re.compile(r"([01]\d|2[0-3])([0-5]\d)([0-5]\d(?:\.\d+)?)")
 
 
 def fixes(text: str, left: Left) -> Iterator[Fix]:
@@ -28,19 +27,18 @@ def fixes(text: str, left: Left) -> Iterator[Fix]:
     factor, clock = _mps_per_unit(speed, [line for _, line in sections.get("header", ())]), Clock()
     for count, line in sections[ROWS]:
         row = dict(zip(names, line.split(), strict=False))
-        at = _TIME.fullmatch(row.get("time", ""))
+        second = second_of_digits(row.get("time", ""))
         latitude, longitude = number(row.get("lat")), number(row.get("long"))
-        if at is None or latitude is None or longitude is None:
+        if second is None or latitude is None or longitude is None:
             left.add("no time of day and place in minutes", f"line {count}")
         elif abs(latitude) > MOST_LATITUDE_MIN or abs(longitude) > MOST_LONGITUDE_MIN:
             left.add("no place in minutes", f"line {count}")
         elif number(row.get("sats")) == 0.0:
             left.add("the receiver had no fix", f"line {count}")
         else:
-            at_s = clock.after(int(at[1]) * 3600 + int(at[2]) * 60 + float(at[3]))
             value = number(row.get(speed))
             mps = value * factor if value is not None else None
-            yield Fix(at_s, latitude / 60.0, -longitude / 60.0, mps, number(row.get("heading")))
+            yield Fix(clock.after(second), latitude / 60.0, -longitude / 60.0, mps, number(row.get("heading")))
 
 
 def _sections(text: str) -> Mapping[str, list[tuple[int, str]]]:
