@@ -70,8 +70,8 @@ class PostedLimit(msgspec.Struct, frozen=True, kw_only=True):
 class Situation(msgspec.Struct, frozen=True, kw_only=True):
     """What Rules need to know of here and now. A field that is absent or null is unknown and never raises a limit.
 
-    Left out, `vehicle_class`, `snow_chains`, `novice` and `lit` are the usual case: a car without chains, a driver on a full
-    licence, no street lamps outside towns. Null says that they are unknown.
+    Left out, `vehicle_class`, `snow_chains`, `novice`, `standing` and `lit` are the usual case: a car without chains, a driver on a
+    full licence, passengers in their seats, no street lamps outside towns. Null says that they are unknown.
     """
 
     jurisdiction: Annotated[
@@ -111,6 +111,7 @@ class Situation(msgspec.Struct, frozen=True, kw_only=True):
     plate_100: Annotated[
         bool | None, msgspec.Meta(description="vehicle or trailer is approved for 100 km/h and bears the plate")
     ] = None
+    standing: Annotated[bool | None, msgspec.Meta(description="passengers of a bus stand; null: unknown")] = False
     mass_t: Annotated[float, msgspec.Meta(ge=0.0, description="permissible mass, t", examples=[3.5])] | None = None
     trailer_t: (
         Annotated[float, msgspec.Meta(ge=0.0, description="permissible mass of the trailer, t", examples=[0.75])] | None
@@ -132,6 +133,7 @@ class VehicleFacts(msgspec.Struct, frozen=True, kw_only=True):
     novice: Annotated[bool, msgspec.Meta(description="learner or probationary licence")] = False
     electric: Annotated[bool, msgspec.Meta(description="electric or fuel cell alone, and marked so")] = False
     plate_100: Annotated[bool, msgspec.Meta(description="approved for 100 km/h, with the plate")] = False
+    standing: Annotated[bool, msgspec.Meta(description="passengers of a bus stand")] = False
     mass_t: Annotated[float, msgspec.Meta(ge=0.0, description="permissible mass, t", examples=[3.5])] | None = None
     trailer_t: (
         Annotated[float, msgspec.Meta(ge=0.0, description="permissible mass of the trailer, t", examples=[0.75])] | None

@@ -43,6 +43,7 @@ FLAGS = {
     "novice": ("on a probationary licence", "on a full licence"),
     "electric": ("for electric vehicles", "for vehicles that are not electric"),
     "plate_100": ("with approval for 100 km/h", "without approval for 100 km/h"),
+    "standing": ("with standing passengers", "without standing passengers"),
 }
 LANES = {"left": "left", "middle": "middle", "right": "right", "bus": "bus", "hard_shoulder": "hard shoulder"}
 

@@ -2,8 +2,10 @@
 
 import math
 import re
-from collections.abc import Iterator
-from typing import Literal
+from collections.abc import Callable, Iterator
+from functools import lru_cache, partial
+from operator import attrgetter
+from typing import Any, Literal
 
 from proto.rules import Situation
 from services.rules.packs.format import Plate, When
@@ -15,7 +17,7 @@ _NUMBER = re.compile(r"\b([A-Z]{1,3})[ -]?([0-9]{1,4}[A-Z]?)\b")
 """A road's number, as in `US 290`, `I-10`, `SR 99N` and `A 10;E 55`."""
 
 
-FLAGS = ("wet", "snow", "lit", "divided", "snow_chains", "novice", "electric", "plate_100")
+FLAGS = ("wet", "snow", "lit", "divided", "snow_chains", "novice", "electric", "plate_100", "standing")
 """Facts that are so or not, under one name in a condition and in a situation."""
 MASSES = ("mass", "trailer", "combination")
 LIGHT_T, MEDIUM_T = 3.5, 7.5
@@ -24,8 +26,12 @@ LIGHT_T, MEDIUM_T = 3.5, 7.5
 
 def holds(when: When, situation: Situation) -> Holds:
     """Judge every condition; one that fails decides, one that is unknown leaves `maybe`."""
-    found = {held for _, held in _judged(when, situation)}
-    return "no" if "no" in found else "maybe" if "maybe" in found else "yes"
+    sure = True
+    for _, held in _judged(when, situation):
+        if held == "no":
+            return "no"
+        sure = sure and held == "yes"
+    return "yes" if sure else "maybe"
 
 
 def unknown_facts(when: When, situation: Situation) -> tuple[str, ...]:
@@ -34,20 +40,13 @@ def unknown_facts(when: When, situation: Situation) -> tuple[str, ...]:
 
 
 def _judged(when: When, situation: Situation) -> Iterator[tuple[str, Holds]]:
-    yield "road", _road(when, situation)
-    yield "road_name", _on_roads(when.roads, situation.road_name)
-    yield "road_name", _off_roads(when.not_roads, situation.road_name)
-    yield "vehicle", _class(when.vehicle_classes, situation)
-    for name in FLAGS:
-        yield name, _flag(getattr(when, name), _fact(situation, name))
-    for name in MASSES:
-        yield name, _above(getattr(when, f"{name}_above_t"), getattr(situation, f"{name}_t"))
-    yield "visibility", _visibility(when.visibility_below_m, situation.visibility_m)
-    yield "time", _within(when.hours, situation.time_of_day_h)
-    yield "day", _in_period(when.period, situation.day)
-    yield "lane", "maybe" if when.lanes else "yes"
-    yield "zone_here", _zone(when.zone, situation.zone)
-    yield "part", _part(when.subdivision, situation.jurisdiction)
+    return ((name, judge(when, situation)) for name, judge in _named(when))
+
+
+@lru_cache(maxsize=8192)
+def _named(when: When) -> tuple[tuple[str, "Judge"], ...]:
+    """The conditions that an effect names: most name two or three, and a question of all laws asks thousands of effects."""
+    return tuple((name, judge) for name, named, judge in _CONDITIONS if named(when) not in (None, ()))
 
 
 def _fact(situation: Situation, name: str) -> bool | None:
@@ -149,6 +148,14 @@ def _flag(needed: bool | None, value: bool | None) -> Holds:
     return "yes" if value == needed else "no"
 
 
+def _flagged(name: str, when: When, situation: Situation) -> Holds:
+    return _flag(getattr(when, name), _fact(situation, name))
+
+
+def _heavier_than(name: str, when: When, situation: Situation) -> Holds:
+    return _above(getattr(when, f"{name}_above_t"), getattr(situation, f"{name}_t"))
+
+
 def _above(limit_t: float | None, mass_t: float | None) -> Holds:
     if limit_t is None:
         return "yes"
@@ -200,3 +207,25 @@ def _within(hours: tuple[float, float] | None, time_of_day_h: float | None) -> H
     if known_h is None:
         return "maybe"
     return "yes" if within_hours(hours, known_h) else "no"
+
+
+Judge = Callable[[When, Situation], Holds]
+_CONDITIONS: tuple[tuple[str, Callable[[When], Any], Judge], ...] = (
+    ("road", lambda when: when.road_types or when.announced or None, _road),
+    ("road_name", lambda when: when.roads, lambda when, here: _on_roads(when.roads, here.road_name)),
+    ("road_name", lambda when: when.not_roads, lambda when, here: _off_roads(when.not_roads, here.road_name)),
+    ("vehicle", lambda when: when.vehicle_classes, lambda when, here: _class(when.vehicle_classes, here)),
+    *((name, attrgetter(name), partial(_flagged, name)) for name in FLAGS),
+    *((name, attrgetter(f"{name}_above_t"), partial(_heavier_than, name)) for name in MASSES),
+    (
+        "visibility",
+        attrgetter("visibility_below_m"),
+        lambda when, here: _visibility(when.visibility_below_m, here.visibility_m),
+    ),
+    ("time", attrgetter("hours"), lambda when, here: _within(when.hours, here.time_of_day_h)),
+    ("day", attrgetter("period"), lambda when, here: _in_period(when.period, here.day)),
+    ("lane", attrgetter("lanes"), lambda when, here: "maybe"),
+    ("zone_here", attrgetter("zone"), lambda when, here: _zone(when.zone, here.zone)),
+    ("part", attrgetter("subdivision"), lambda when, here: _part(when.subdivision, here.jurisdiction)),
+)
+"""Of each condition the name of its fact (of `words`), whether an effect names it, and whether it holds."""

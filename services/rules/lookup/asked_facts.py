@@ -53,6 +53,12 @@ _FACTS: tuple[tuple[str, Any, str], ...] = (
         40.0,
         r"fog\w*|mist\w*|nebel\w*|neblig\w*|brouillard|mgł\w*|nebbia|niebla|visibility|sichtweite|visibilité",
     ),
+    (
+        "standing",
+        True,
+        r"standing (?:passengers|room|people)|passengers (?:who )?stand\w*|stehende\w* (?:fahrgäste|passagiere)\w*|stehpl[aä]tz\w*|"
+        r"passagers debout|voyageurs debout|staande passagiers|stojąc\w* pasażer\w*|passeggeri in piedi|(?:viajeros|pasajeros) de pie",
+    ),
     ("lit", True, r"lamp ?posts?|street ?(?:lights?|lamps?)|lit|laternen|lampadaires?|éclairée?s?"),
 )
 _ROADS: tuple[tuple[str, str], ...] = (

@@ -98,6 +98,8 @@ class When(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     novice: bool | None = None
     electric: bool | None = None
     plate_100: bool | None = None
+    standing: bool | None = None
+    """Passengers of a bus stand."""
     mass_above_t: Mass | None = None
     """Permissible mass of the vehicle, of its trailer, of both together, in tonnes."""
     trailer_above_t: Mass | None = None

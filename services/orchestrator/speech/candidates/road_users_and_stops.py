@@ -279,6 +279,8 @@ def _stop_candidate(state: State, stop: Stop) -> Candidate | None:
     firm = due or _keeps_from_people(state)
     if ego is not None and not firm and not told:
         return None
+    if firm and not told and need < HARD_MPS2 and _is_being_warned(state):
+        return None
     light = state.light.state if state.light is not None and stop.why == "red_light" else "red"
     return Candidate(
         kind=Kind.STOP,
@@ -294,6 +296,11 @@ def _stop_candidate(state: State, stop: Stop) -> Candidate | None:
         confidence=stop.confidence,
         asked_mps=max(0.0, stop.approach_mps()),
     )
+
+
+def _is_being_warned(state: State) -> bool:
+    """Whether the driver still hears of a road user ahead, for whom a driver begins to brake as for a line."""
+    return told_within(state, Kind.PERSON, PERSON_SPOKEN_S) or told_within(state, Kind.LEAD, LEAD_SPOKEN_S)
 
 
 def stop_is_due_soon(state: State) -> bool:

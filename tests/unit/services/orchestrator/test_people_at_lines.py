@@ -1,5 +1,8 @@
 """A person behind a line at which the ego has to stop: the line is told, once, for both."""
 
+from itertools import pairwise
+from typing import Any
+
 import pytest
 
 from proto.perception import Track
@@ -9,15 +12,16 @@ from tests.unit.services.orchestrator.support import Drive, Played, actor, fact
 SPEED_MPS = 8.6
 
 
-def approached(
+def approaching(
     line_m: float | None,
     person_m: float,
     light: float = 0.95,
     slows_mps2: float = 0.0,
     until_s: float = 3.0,
     light_when_told: float | None = None,
-) -> list[tuple[str, str]]:
-    """What is spoken, and how urgently, on the way to a red light and a person who crosses, so far ahead at first."""
+    light_from_s: float = 0.0,
+) -> Drive:
+    """On the way to a red light and a person who crosses, so far ahead at first."""
     drive = Drive(Played(arbiter=arbiter()), speed_mps=SPEED_MPS)
     drive.ticks(20)
     way_m, speed_mps = 0.0, SPEED_MPS
@@ -30,12 +34,17 @@ def approached(
         drive.comes_to(speed_mps)
         drive.acceleration_mps2 = -slows
         drive.tracks = (walker(person_m - way_m, speed_mps),)
-        red = [] if line_m is None else [
+        red = [] if line_m is None or tick < light_from_s * 10 else [
             fact("light", "light:red", track_id=4, distance_m=line_m - way_m + 2.25, confidence=seen)
         ]  # fmt: skip
         drive.tick(*red)
-    said = (each.advisory for _, _, each in drive.history if each.advisory.kind != "SILENT")
-    return [(each.directive, each.urgency) for each in said]
+    return drive
+
+
+def approached(line_m: float | None, person_m: float, light: float = 0.95, **how: Any) -> list[tuple[str, str]]:
+    """What is spoken on that way, and how urgently."""
+    said = (each.advisory for _, _, each in approaching(line_m, person_m, light, **how).history)
+    return [(each.directive, each.urgency) for each in said if each.kind != "SILENT"]
 
 
 def walker(gap_m: float, closing_mps: float) -> Track:
@@ -59,6 +68,14 @@ def test_of_a_person_before_the_line_or_without_a_sure_one_the_person_is_told(
     line_m: float | None, light: float
 ) -> None:
     assert approached(line_m, 35.0, light, until_s=1.6)[0] == ("Person ahead", "warning")
+
+
+@pytest.mark.parametrize("slows_mps2", [0.0, 2.4])
+def test_a_line_that_is_seen_while_a_person_is_told_waits_for_the_end_of_these_words(slows_mps2: float) -> None:
+    drive = approaching(33.0, 35.0, slows_mps2=slows_mps2, until_s=2.0, light_from_s=0.4)
+    said = [(tick, each.advisory) for tick, (_, _, each) in enumerate(drive.history) if each.advisory.kind != "SILENT"]
+    assert [each.directive for _, each in said] == ["Person ahead", "Stop: red light"]
+    assert all(later - sooner >= 8 for (sooner, _), (later, _) in pairwise(said))
 
 
 def test_a_driver_who_does_not_stop_for_the_light_is_told_of_the_person_and_hears_the_alarm() -> None:

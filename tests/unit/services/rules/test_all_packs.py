@@ -23,7 +23,7 @@ BOOK, REFUSED = load_book(sorted(path.parent for path in data("rulepacks").glob(
 EXAMPLES = settings(max_examples=150, deadline=None)
 FACTS = (
     "wet", "visibility_m", "snow", "road_type", "jurisdiction", "time_of_day_h", "vehicle_class", "road_name", "lit",
-    "divided", "novice", "electric", "plate_100", "snow_chains", "trailer_t", "combination_t",
+    "divided", "novice", "electric", "plate_100", "standing", "snow_chains", "trailer_t", "combination_t",
 )  # fmt: skip
 COUNTRIES = sorted({pack.manifest.jurisdiction for pack in BOOK.packs.values()})
 PARTS = ["GBR-WLS", "GBR-SCT", "BEL-VLG", "BEL-WAL", "BEL-BRU"]
@@ -63,7 +63,10 @@ SITUATIONS = st.builds(
     zone=st.sampled_from([None, 20.0, 30.0]),
     candidates=st.lists(CANDIDATES, max_size=2).map(tuple),
     road_name=st.sampled_from([None, "A 1", "A12", "US 290", "SR 20", "Main Street"]),
-    **{name: st.sampled_from([True, False, None]) for name in ("lit", "divided", "novice", "electric", "plate_100")},
+    **{
+        name: st.sampled_from([True, False, None])
+        for name in ("lit", "divided", "novice", "electric", "plate_100", "standing")
+    },
     snow_chains=st.sampled_from([True, False, None]),
     **{name: st.sampled_from([None, 0.5, 0.75, 1.0, 3.5, 3.6, 40.0]) for name in ("trailer_t", "combination_t")},
 ).filter(lambda situation: situation.vehicle_class != "car_snow_chains" or situation.snow_chains is not False)

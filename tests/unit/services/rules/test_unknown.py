@@ -1,6 +1,7 @@
 """Where nobody knows the country, or no pack is loaded for it: the most careful of all, and the Conventions cited."""
 
 import time
+from collections.abc import Sequence
 from typing import Any
 
 import msgspec
@@ -18,7 +19,6 @@ from services.rules.signs.meaning import SignQuestion, careful_rank, interpret_s
 
 BOOK, REFUSED = load_book([folder_of(name) for name in RulesConfig().packs])
 NOWHERE = [None, "PRT"]
-DEADLINE_S = 0.040
 ROADS = ("urban", "rural", "motorway", "dual_carriageway", "expressway", "living_street", None)
 
 
@@ -135,14 +135,22 @@ def test_a_state_without_a_pack_is_not_answered_with_anothers_law_alone() -> Non
     assert right_of_way(BOOK, junction).degraded == ("jurisdiction",)
 
 
-def test_an_answer_from_all_packs_takes_a_small_part_of_its_deadline() -> None:
+def test_an_answer_from_all_packs_costs_hardly_more_than_their_own_answers() -> None:
+    assert spent_s([None]) < 2.0 * spent_s(known())
+
+
+def spent_s(countries: Sequence[str | None]) -> float:
+    """Processor time of one question to each country; the least of twenty, since other work disturbs."""
     posted = tuple(PostedLimit(value=value, unit="km/h") for value in (50, 70, 90))
     spent = []
     for at in range(20):
         begin = time.process_time()
-        applicable_limit(BOOK, Situation(road_type="rural", posted=posted, visibility_m=100.0 + at))
+        for country in countries:
+            applicable_limit(
+                BOOK, Situation(jurisdiction=country, road_type="rural", posted=posted, visibility_m=100.0 + at)
+            )
         spent.append(time.process_time() - begin)
-    assert min(spent) < DEADLINE_S / 8  # of one core; the least: another process may have held it
+    return min(spent)
 
 
 def test_over_the_bus_it_is_answered_in_time() -> None:
