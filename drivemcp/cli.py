@@ -95,7 +95,7 @@ def _reader_is_gone() -> bool:
     try:
         watch.register(sys.stdout, 0)
     except OSError:
-        return False  # it is no file: nobody can close it
+        return False  # it is no file and cannot be closed
     return any(state & (select.POLLERR | select.POLLHUP) for _, state in watch.poll(0))
 
 

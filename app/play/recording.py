@@ -77,7 +77,7 @@ def can_log_of(
         path = log_beside(Path(source))
     if path is None:
         if flags.dbc or flags.speed_signal:
-            raise UserError("--dbc and --speed-signal read a CAN log, and there is none: name it with --can FILE")
+            raise UserError("--dbc and --speed-signal read a CAN log, and no log is named: name it with --can FILE")
         return None, None
     dbc = Path(flags.dbc) if flags.dbc else None
     speed = speed_signal(dbc, flags.speed_signal, flags.speed_unit)

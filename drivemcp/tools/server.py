@@ -177,7 +177,7 @@ class ToolServer:
             return
         if head.deadline_ns < received_ns:
             self.refused += 1
-            query.drop()  # the caller no longer waits: work past the deadline helps nobody
+            query.drop()  # the caller no longer waits: work past the deadline is of no use
             self._record(head, tool, query, received_ns, "timeout", b"", "deadline passed before the work began")
             return
         if self._given_up(head):

@@ -153,7 +153,7 @@ def _ablation(base: RunSpec) -> Iterable[Row]:
         table="ablation", key=ADAPTING, label=ADAPTING, family="cross-border", spec=applied(METHODS[OURS], base),
         group="Ablations", adapts=True,
         note="Ours: the runs as a sequence of drives. After each, a driver who knows the truth labels it; the next begins with the "
-        "Delta and c_min that this leaves. The first run is DriveMCP's own; in all other rows nobody labels anything.",
+        "Delta and c_min that this leaves. The first run is DriveMCP's own; in all other rows nothing is labelled.",
     )  # fmt: skip
 
 

@@ -166,7 +166,7 @@ def _end(slot: _Slot) -> None:
             if slot.process.is_alive():
                 _signal(slot.process.pid, number)
                 slot.process.join(GRACE_S)
-        with suppress(ProcessLookupError):  # as a rule nobody of the group is left
+        with suppress(ProcessLookupError):  # as a rule no process of the group is left
             os.killpg(slot.process.pid, signal.SIGKILL)
     slot.process, slot.pipe, slot.job = None, None, None
 

@@ -126,7 +126,7 @@ def about(
 
 
 def _machines(kept: Sequence[Kept]) -> str:
-    on = Counter(each.machine or "a machine that nobody noted" for each in kept)
+    on = Counter(each.machine or "a machine that was not noted" for each in kept)
     if len(on) == 1:
         return next(iter(on))
     told = [f"{count} {'run' if count == 1 else 'runs'} on {machine}" for machine, count in on.most_common()]

@@ -67,7 +67,7 @@ METHODS = _by_label(
     Method(
         label="No-assistant",
         settings={"orchestrator": {"method": "silent"}},
-        note="The floor: everything runs and is logged, the driver is told nothing and the car brakes for nobody.",
+        note="The floor: everything runs and is logged, the driver is told nothing and the car does not brake.",
     ),
     Method(
         label="VLM-Direct",

@@ -38,7 +38,7 @@ def _things(plan: Scenario) -> Iterator[Thing]:
     yield from (Thing(each.at_m, "stop sign", "#b45309") for each in plan.stops)
     yield from (Thing(each.at_m, "zebra crossing", "#b45309") for each in plan.zebras)
     for junction in plan.yields:
-        comes = ", ".join(f"somebody from the {car.from_side}" for car in junction.cars) or "nobody comes"
+        comes = ", ".join(f"a car from the {car.from_side}" for car in junction.cars) or "no car comes"
         rule = "give-way sign" if junction.sign else "priority to the right"
         yield Thing(junction.at_m, f"{rule}: {comes}", "#c00" if junction.cars else "#b45309")
     yield from _hazards(plan)

@@ -180,7 +180,7 @@ class Vehicle:
             yield frames[start:]
 
     def _cross_check(self, stamp_ns: int, now_ns: int) -> None:
-        at_ns = min(stamp_ns, now_ns)  # a stamp that runs ahead makes nobody else's values old
+        at_ns = min(stamp_ns, now_ns)  # a stamp that runs ahead makes no other sender's values old
         if self._next_check_ns - RESTART_NS <= at_ns < self._next_check_ns or stamp_ns > now_ns + NS:
             return
         self._next_check_ns = at_ns + SAMPLE_NS

@@ -125,7 +125,7 @@ def _answer(book: RuleBook, pack: Pack, question: RightOfWayQuestion) -> RulesAn
     weak = book.weaknesses(pack)
     actions: tuple[LegalAction, ...] = tuple(f.action for f in found) or ("proceed_with_care",)
     action = min(actions, key=careful_rank)
-    # Nothing demands anything, for nobody comes: the rule that would otherwise hold is named.
+    # Nothing demands anything, for no road user comes: the rule that would otherwise hold is named.
     cited = stated or _first(table, ("unsigned",))
     citations = cite_ids(pack, (f.provision for f in cited), question.language)
     unknown = question.pedestrians_on_crossing is None or (

@@ -47,7 +47,7 @@ ROWS: tuple[Row, ...] = (
     Row("budget_messages", 2.0, 6.0, "1", "a limit and what it means are two messages; six in a row are too many"),
     Row("budget_refill_s", 5.0, 30.0, "s", "two to twelve messages a minute in the long run"),
     Row(f"{EVENT}closing_lead", 0.2, 0.33, "1/s", "times to collision of 5 to 3 s: ISO 15623 as above"),
-    Row(f"{EVENT}vulnerable_road_user", 0.3, 0.5, "1", "confidence; above one half nobody may be overlooked"),
+    Row(f"{EVENT}vulnerable_road_user", 0.3, 0.5, "1", "confidence; above one half no road user may be overlooked"),
     Row(f"{EVENT}stop_required", 0.25, 0.5, "m/s^2", "told no later than comfort braking (ISO 15622: 3.5) is far off"),
     Row(f"{EVENT}low_friction", 0.25, 0.4, "1", "wet asphalt 0.25, flooded 0.5"),
     Row(f"{EVENT}vehicle_fault", 0.1, 0.2, "1", "h; a code or lamp alone makes 0.2"),

@@ -57,7 +57,7 @@ def _checked(log: Path) -> tuple[RunSpec | None, Place | None]:
         )
     if spec is None and told:
         raise UserError(
-            f"{log} is a simulated drive of {told}, and no spec that this version reads lies beside it: how it was driven, nobody knows"
+            f"{log} is a simulated drive of {told}, and no spec that this version reads lies beside it: how it was driven is unknown"
         )
     return spec, place
 

@@ -107,7 +107,7 @@ def _tracks(recording: Recording) -> list[tuple[str, Share | list[float]]]:
         false += sum(0 < each.x_m < BANDS_M[-1] and not _anyone(each, truth) for each in left)
     return [
         *((name, Share(*row)) for name, row in sorted(hits.items())),
-        ("tracks of nobody a picture", Share(false, pictures)),
+        ("tracks of no road user a picture", Share(false, pictures)),
         ("gap error, share", gaps),
         ("closing speed error, m/s", speeds),
         ("track numbers an actor", [float(len(each)) for each in ids.values()]),

@@ -73,7 +73,7 @@ def check_buses(buses: Sequence[BusConfig], known: Iterable[str]) -> None:
     """That each bus has its own name, and one that the profile knows. Raises ConfigError naming the field."""
     names = [bus.name for bus in buses]
     if not buses:
-        raise ConfigError("buses: there is none; name at least one bus")
+        raise ConfigError("buses: the list is empty; name at least one bus")
     for number, name in enumerate(names):
         if name in names[:number]:
             raise ConfigError(f"buses[{number}].name: there are two buses named {name!r}")

@@ -27,7 +27,9 @@ class Board:
         self._only = next(iter(descriptions)) if len(descriptions) == 1 else ""
         for field in self.fields.values():
             if len(descriptions) > 1 and profile.bus_of(field.rule) not in descriptions:
-                raise ProfileError(f"field {field.name}: bus {field.rule.bus!r} is none of {', '.join(descriptions)}")
+                raise ProfileError(
+                    f"field {field.name}: bus {field.rule.bus!r} is not one of {', '.join(descriptions)}"
+                )
         self.malformed = 0
 
     def ingest(self, frames: Iterable[CanFrame], now_ns: int, bus: str = "") -> None:

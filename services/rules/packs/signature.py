@@ -78,7 +78,7 @@ def check_signature(files: Files, manifest: Manifest, trust: Trust) -> Iterator[
         if trust.required and SIGNATURE not in files.refused:
             yield Problem(
                 file=files.folder / SIGNATURE,
-                message="a signature is required, and there is none",
+                message="a signature is required, and the pack has no signature",
                 remedy=sign_again.replace(" again", ""),
             )
         return

@@ -175,4 +175,4 @@ def _provider(name: str, addresses: Mapping[str, str]) -> Provider:
         from services.weather.sources.metar import metar
 
         return metar(station[1], *base)
-    raise ConfigError(f"internet.providers: {name[:40]!r} is none of {', '.join(FORECASTS)}, metar:<four letters>")
+    raise ConfigError(f"internet.providers: {name[:40]!r} is not one of {', '.join(FORECASTS)}, metar:<four letters>")

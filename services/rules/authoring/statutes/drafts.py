@@ -62,7 +62,7 @@ def read_statute(path: Path) -> Statute:
                 raise PackError(f"{path}: no section with text was found{told}")
             return msgspec.structs.replace(found, left=found.left + formulas.told(lines, found.sections))
     raise PackError(
-        f"{path}: <{local(root)}> is none of gesetze-im-internet's XML, legislation.gov.uk's CLML, Akoma Ntoso"
+        f"{path}: <{local(root)}> is not gesetze-im-internet's XML, legislation.gov.uk's CLML or Akoma Ntoso"
     )
 
 

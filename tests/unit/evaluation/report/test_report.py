@@ -133,7 +133,7 @@ def test_page_and_report_say_why_latencies_are_in_no_order() -> None:
     [
         (("one", "one"), "one"),
         (("one", "other"), "1 run on one; 1 run on other"),
-        (("", ""), "a machine that nobody noted"),
+        (("", ""), "a machine that was not noted"),
     ],
 )
 def test_it_tells_on_which_machines_the_runs_were_driven(machines: tuple[str, str], told_as: str) -> None:

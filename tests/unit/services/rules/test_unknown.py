@@ -1,4 +1,4 @@
-"""Where nobody knows the country, or no pack is loaded for it: the most careful of all, and the Conventions cited."""
+"""Where the country is unknown, or no pack is loaded for it: the most careful of all, and the Conventions cited."""
 
 import time
 from collections.abc import Sequence

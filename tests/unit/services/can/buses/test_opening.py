@@ -28,7 +28,7 @@ from services.simulator.ecus.can_frames import FrameEncoder
         ([{"interface": "virtual", "options": {"receive_own_messages": "what", "protocol": 3}}], None),
         ([{}, {}], r"buses\[1\].name: there are two buses named 'can0'"),
         ([{}, {"name": "chassis"}], r"buses\[1\].name: the profile has no bus 'chassis'; it has can0"),
-        ([], r"buses: there is none"),
+        ([], r"buses: the list is empty"),
     ],
 )
 def test_a_bus_that_cannot_be_is_told_in_one_line_naming_the_field(buses: list[Any], complaint: str | None) -> None:

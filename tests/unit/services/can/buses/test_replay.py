@@ -121,7 +121,7 @@ def test_in_lockstep_every_step_of_the_clock_is_a_step_of_two_buses_of_one_log(t
 @pytest.mark.parametrize(
     ("name", "text", "complaint"),
     [
-        ("drive.txt", "", r"buses\[0\].recording: drive.txt is none of .asc, .blf"),
+        ("drive.txt", "", r"buses\[0\].recording: drive.txt does not end in one of .asc, .blf"),
         ("none.log", None, r"buses\[0\].recording: there is no file"),
         ("drive.mf4", "", r"buses\[0\].recording: drive.mf4 takes the package asammdf: pip install asammdf"),
         ("drive.blf", "nonsense", r"buses\[0\].recording: drive.blf holds no frame to replay; 1 malformed, first drive.blf: after"),

@@ -186,7 +186,7 @@ def test_asking_runs_beside_everything_else_and_ends(station: Station) -> None:
         ({"contact": ""}, "internet.contact must be set"),
         (
             {"providers": ("accu",)},
-            "internet.providers: 'accu' is none of met_norway, open_meteo, metar:<four letters>",
+            "internet.providers: 'accu' is not one of met_norway, open_meteo, metar:<four letters>",
         ),
         ({"addresses": {"met_norway": "http://example.org/"}}, "asked for over https, not at 'http://example.org/"),
     ],
