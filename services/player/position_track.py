@@ -99,6 +99,8 @@ def _read_once(path: Path, written_ns: int, size: int) -> tuple[tuple[Fix, ...],
     reader = READERS.get(path.suffix.lower())
     left = Left()
     if reader is None and not inside:
+        if path.read_bytes()[:2] in (b"$G", b"!A"):
+            raise UserError(f"{path}: its lines are sentences of NMEA 0183: rename it to {path.stem}.nmea")
         raise UserError(
             f"{path}: a position track is one of {', '.join(READERS)}, or a video with positions ({', '.join(SUFFIXES)}); "
             "GPSBabel turns other kinds, as .kml, .fit and .tcx, into .gpx"

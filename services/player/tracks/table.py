@@ -6,7 +6,7 @@ import itertools
 import math
 import re
 import statistics
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from datetime import UTC, datetime
 from typing import NamedTuple
 
@@ -18,12 +18,13 @@ from services.player.tracks.fix import Fix, Left, number
 
 _AND_UNIT = r"[ _]*[(\[]?(?:utc|gmt|(?P<unit>s|sec|seconds|ms|msec|milliseconds?|us|µs|microseconds?|ns))?[)\]]?"
 COLUMNS: Mapping[str, str] = {
-    "time": r"(?:gps|unix|utc|local|device|system)?[ _]?(?:time|timestamp|t|secs?|seconds|elapsed[a-z _]*?|utc|epoch(?:[ _]time)?"
+    "time": r"(?:gps|unix|utc|local|device|system|fix)?[ _]?(?:time|timestamp|t|secs?|seconds|elapsed[a-z _]*?|utc|epoch(?:[ _]time)?"
     r"|fly[ _]?time|time[ _]since[ _][a-z]+|date.?time|zeit|zeitstempel|uhrzeit|temps|heure|horodatage|tijd|tijdstip|hora|tiempo"
     rf"|ora|tempo|czas){_AND_UNIT}",
-    "latitude": r"(?:gps[ _]?)?lat(?:[ _]?e7)?|(?:gps[ _]?)?latitu.*|lat[ _]?\(?d.*"
+    "latitude": r"(?:gps[ _]?)?lat(?:[ _]?e7)?|(?:gps[ _]?)?latitu.*|lat[ _]?\(?d.*|gps[ _]?\(lat\.?\).*"
     r"|breite(?:ngrad)?.*|breedte(?:graad)?.*|szeroko[sś][cć].*",
-    "longitude": r"(?:gps[ _]?)?(?:lon|lng|long)(?:[ _]?e7)?|(?:gps[ _]?)?longitu.*|lon[ _]?\(?d.*|l(?:ä|ae)nge(?:ngrad)?.*"
+    "longitude": r"(?:gps[ _]?)?(?:lon|lng|long)(?:[ _]?e7)?|(?:gps[ _]?)?longitu.*|lon[ _]?\(?d.*|gps[ _]?\(long?\.?\).*"
+    r"|l(?:ä|ae)nge(?:ngrad)?.*"
     r"|lengte(?:graad)?.*|d[lł]ugo[sś][cć].*",
     "course": r"course.*|(?:compass[ _]?)?heading.*|bearing.*"
     r"|track(?:[ _(\[]*(?:deg|angle|made|true).*)?|direction(?:[ _]*[(\[]?(?:°|deg).*)?|kurs.*|richtung.*|cap|koers|rumbo.*|rotta.*",
@@ -76,13 +77,17 @@ def fixes(text: str, left: Left) -> Iterator[Fix]:
     table = csv.reader(lines[first:], delimiter=delimiter)
     header = next(table, [])
     columns = _columns([name for name in header if name])
-    unit = re.fullmatch(COLUMNS["time"], _PREFIX.sub("", columns["time"].strip().lower()))
-    rows = list(_rows(table, first, delimiter, header, columns, left))
+    named = re.fullmatch(COLUMNS["time"], _PREFIX.sub("", columns["time"].strip().lower()))
+    lines_of_cells = list(enumerate(table, first + 2))
+    units = _units_row(lines_of_cells, header, columns)
+    below = units.get(columns["time"], "").lower()
+    unit = (named["unit"] if named else "") or (below if below in TIME_UNITS else "")
+    rows = list(_rows(lines_of_cells, delimiter, header, columns, _speed_column(header, units, left), left))
     as_sentences = in_minutes([(row.latitude_deg, row.longitude_deg) for row in rows])
-    if not as_sentences and not (unit and unit["unit"]):
+    if not as_sentences and not unit:
         _check_unit(columns["time"], [row.time for row in rows])
     clock, of_day = Clock(), as_sentences or all(second_of_digits(row.time) is not None for row in rows)
-    times = [_time(row.time, unit["unit"] if unit else "", delimiter, clock, digits=of_day) for row in rows]
+    times = [_time(row.time, unit, delimiter, clock, digits=of_day) for row in rows]
     for row, at_s in zip(rows, _without_summer_time(times), strict=True):
         if at_s is None:
             left.add("neither seconds, a time of day nor an ISO 8601 time", f"{row.where}: time {row.time!r}")
@@ -146,19 +151,44 @@ def _columns(names: list[str]) -> dict[str, str]:
         if columns[place] == columns[side]:  # `latitude_ref` before `latitude`
             others = _column([name for name in names if name != columns[side]], COLUMNS[place])
             columns[place], columns[side] = (others, columns[side]) if others else (columns[place], "")
+    if not columns["time"]:  # some programs write date and time under the name of the date
+        columns["time"], columns["date"] = columns["date"], ""
     missing = [what for what in ("time", "latitude", "longitude") if not columns[what]]
     if missing:
         raise OtherTableError(f"no column {' nor '.join(missing)} among {', '.join(names)}")
     return columns
 
 
+def _units_row(lines: list[tuple[int, list[str]]], header: list[str], columns: Mapping[str, str]) -> Mapping[str, str]:
+    """The units that rows below the header name by column, as RaceChrono and AiM write them; these rows are taken out of the lines."""
+    units: dict[str, str] = {}
+    while lines:
+        row = {name: cell.strip() for name, cell in zip(header, lines[0][1], strict=False)}
+        of_degrees = all(_UNIT_OF_DEGREES.fullmatch(row.get(columns[what], "")) for what in PLACE)
+        if not any(row.values()) or not of_degrees or re.search(r"\d", row.get(columns["time"], "")):
+            break
+        units |= {name: cell for name, cell in row.items() if name and cell and name not in units}
+        del lines[0]
+    return units
+
+
+_UNIT_OF_DEGREES = re.compile(r"deg.*|°|\d+:.*", re.I)
+"""What such a row says of a place, or by which sensor it was measured."""
+PLACE = ("latitude", "longitude")
+
+
 def _rows(
-    table: Iterator[list[str]], first: int, delimiter: str, header: list[str], columns: Mapping[str, str], left: Left
+    lines: Iterable[tuple[int, list[str]]],
+    delimiter: str,
+    header: list[str],
+    columns: Mapping[str, str],
+    of_speed: tuple[str, float],
+    left: Left,
 ) -> Iterator[_Row]:
     """The rows that have a place; numbers in minutes are still as they stand."""
     names = [name for name in header if name]
-    speed, factor = _speed_column(names)
-    for count, cells in enumerate(table, first + 2):
+    speed, factor = of_speed
+    for count, cells in lines:
         if not any(each.strip() for each in cells):
             continue
         where = f"line {count}"
@@ -222,23 +252,24 @@ def _column(names: Sequence[str], pattern: str) -> str:
     return next((name for name in known if not BESIDE.search(name.lower())), "")
 
 
-def _speed_column(names: list[str]) -> tuple[str, float]:
-    """The column of the speed, which may be named by its unit alone, and what turns it into m/s; none: no name."""
-    unknown = ""
+def _speed_column(header: list[str], units: Mapping[str, str], left: Left) -> tuple[str, float]:
+    """The column of the speed, which may be named by its unit alone, and what turns it into m/s; no name: no column of a known unit."""
+    names, unknown = [name for name in header if name], ""
     for name in names:
-        found = re.match(rf"(?:gps|ground)?[ _]?(?:{SPEEDS})(?P<unit>.*)", name.strip().lower())
+        found = re.match(rf"(?:gps|ground)?[ _(]*(?:[23]d[ _]?)?(?:{SPEEDS})(?P<unit>.*)", name.strip().lower())
         if found and not BESIDE.search(name.lower()):
-            unit = re.sub(r"over[ _]ground|[ _()\[\]]", "", found["unit"])
+            unit = re.sub(r"over[ _]ground|[ _()\[\]]", "", found["unit"] or units.get(name, "").strip().lower())
             if unit in SPEED_UNITS:
                 return name, SPEED_UNITS[unit]
             unknown = unknown or name
     if unknown:
-        raise ValueError(f"column {unknown!r}: name its unit, as in speed_kmh ({', '.join(SPEED_UNITS)})")
+        left.add("it names no unit, as speed_kmh does; the speed is taken from the places", f"column {unknown!r}")
+        return "", 1.0
     bare = ((name, re.sub(r"[ ()\[\]]", "", name.lower())) for name in names)
     return next(((name, SPEED_UNITS[unit]) for name, unit in bare if unit in SPEED_UNITS), ("", 1.0))
 
 
-def _time(text: str, unit: str | None, delimiter: str, clock: Clock, *, digits: bool = False) -> float | None:
+def _time(text: str, unit: str, delimiter: str, clock: Clock, *, digits: bool = False) -> float | None:
     """Seconds; of a date that is not ISO 8601 the time of day counts, since day and month may stand in either order.
 
     `digits`: 100059 is one second before 100100, as it is behind a date.
@@ -249,7 +280,7 @@ def _time(text: str, unit: str | None, delimiter: str, clock: Clock, *, digits: 
         return at_s
     value = number(text, delimiter)
     if value is not None:
-        return value / TIME_UNITS.get(unit or "", counts_per_s(value))
+        return value / TIME_UNITS.get(unit, counts_per_s(value))
     try:
         at = datetime.fromisoformat(re.sub(r"\s*UTC$", "+00:00", text.strip()))
     except ValueError:

@@ -536,3 +536,46 @@ def test_a_loggers_file_without_its_columns_or_in_an_unknown_unit_says_what_is_w
     path.write_text(VBO.format(unit="furlongs", speed="1"), encoding="utf-8")
     with pytest.raises(UserError, match="'furlongs'"):
         read_track(path)
+
+
+PLACES = [(number, 48.1 + number * 1e-4) for number in range(20)]
+"""A car that drives 11.1 m/s northwards."""
+
+
+@pytest.mark.parametrize(
+    ("head", "row"),
+    [
+        (
+            "timestamp,latitude,longitude,speed\nunix time,deg,deg,m/s\n,100: gps,100: gps,100: gps",
+            "17145504{0:02d},{1},11.5,11.1",
+        ),
+        ("Time,GPS Latitude,GPS Longitude,GPS Speed\nsec,deg,deg,km/h", "{0},{1},11.5,40.0"),
+        ("Time,GPS Latitude,GPS Longitude,GPS Speed\nms,deg,deg,km/h", "{0}000,{1},11.5,40.0"),
+        (
+            "cts,date,GPS (Lat.) [deg],GPS (Long.) [deg],GPS (2D speed) [m/s]",
+            "{0}000,2024-05-01T10:00:{0:02d}Z,{1},11.5,11.1",
+        ),
+        ("Device,Fix Time,Latitude,Longitude,Speed (kn)", "x,2024-05-01 10:00:{0:02d},{1},11.5,21.6"),
+    ],
+    ids=["RaceChrono", "units below the header", "milliseconds", "telemetry of GoPro", "Traccar"],
+)
+def test_tables_of_recorders_say_their_units_in_their_own_ways(head: str, row: str, tmp_path: Path) -> None:
+    (path := tmp_path / "a.csv").write_text("\n".join((head, *(row.format(*place) for place in PLACES))))
+    fixes = read_track(path)
+    assert len(fixes) == len(PLACES)
+    assert fixes[5].speed_mps == pytest.approx(11.1, abs=0.02)
+    assert fixes[-1].at_s == pytest.approx(19.0)
+    assert not not_read(path)
+
+
+def test_a_speed_without_a_unit_is_left_out_and_told_and_the_places_tell_the_speed(tmp_path: Path) -> None:
+    rows = (f"{number},{latitude},11.5,40.0" for number, latitude in PLACES)
+    (path := tmp_path / "a.csv").write_text("\n".join(("time,lat,lon,speed", *rows)))
+    assert read_track(path)[5].speed_mps == pytest.approx(11.1, abs=0.1)
+    assert "column 'speed': it names no unit, as speed_kmh does" in not_read(path)
+
+
+def test_sentences_under_another_ending_are_told_with_what_to_do(tmp_path: Path) -> None:
+    (path := tmp_path / "drive.txt").write_text("$GPRMC,100000,A,4806.0,N,01130.0,E,21.6,0.0,010524,,,A*00\n")
+    with pytest.raises(UserError, match=r"NMEA 0183: rename it to drive.nmea"):
+        read_track(path)
