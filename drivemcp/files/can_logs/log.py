@@ -202,7 +202,10 @@ def check_log(path: Path, field: str) -> None:
     """That there is such a log, of a kind that can be read here. Raises UserError naming the setting."""
     suffix = suffix_of(path)
     if suffix not in ENDINGS:
-        raise UserError(f"{field}: {path.name} does not end in one of {', '.join(ENDINGS)}")
+        known = foreign(path)
+        raise UserError(
+            f"{field}: {path.name} does not end in one of {', '.join(ENDINGS)}" + (f"; {known}" if known else "")
+        )
     if not path.is_file():
         raise UserError(f"{field}: there is no file {path}")
     if suffix == ".mf4" and find_spec("asammdf") is None:

@@ -57,6 +57,9 @@ _BARE = re.compile(r"\d+\.\d+,[0-9a-f]{3,8},\d{1,2},(?:[0-9a-f]{2}(?:,|$))+", re
 BARE = ("time", "id (hex)", "dlc", *(f"d{number} (hex)" for number in range(8)))
 SAVVYCAN = ("time stamp", "id", "extended")
 """It counts microseconds and writes hexadecimal numbers, and says neither."""
+CANALYST = ("index", "system time", "time stamp")
+"""Its stamp is a hexadecimal count of an untold unit; the system's time has tenths of milliseconds behind a second point."""
+_TENTHS = re.compile(r"(\d+:\d\d:\d\d\.\d{3})\.(\d)")
 
 
 class Header(NamedTuple):
@@ -95,12 +98,15 @@ def _header(lines: int, delimiter: str, names: Sequence[str]) -> Header | None:
     matched = {
         what: _column(pattern, names) or _column(otherwise.get(what, ""), names) for what, pattern in COLUMNS.items()
     }
+    if tuple(names[:3]) == CANALYST:
+        matched["time"] = _column(CANALYST[1], names)
     time, number, data = matched["time"], matched["id"], matched["data"]
     if time is None or number is None or not (data or each_byte):
         return None
     ours = tuple(names[:3]) == SAVVYCAN
     data_said = data[1]["base"] if data else each_byte[0][1]["base"]
-    unit = time[1]["unit"] or COUNTS.get(time[1].groupdict().get("count") or "", "us" if ours else "")
+    said = time[1].groupdict()
+    unit = said.get("unit") or COUNTS.get(said.get("count") or "", "us" if ours else "")
     raw = names[number[0]].startswith("can_dataframe")
     id_said = number[1]["base"] or ("hex" if ours else "dec" if raw else "")
     return Header(
@@ -201,7 +207,7 @@ class Table(Form):
             return at_s
         if not self._header.unit and (own := _WITH_UNIT.fullmatch(text)):
             return float(own[1].replace(",", ".")) / _PER_S.get(own[2].lower(), 1.0)
-        value = seconds(text, self._clock)
+        value = seconds(_TENTHS.sub(r"\1\2", text), self._clock)
         if value is None:
             raise ValueError
         return value if ":" in text else value / _PER_S.get(self._header.unit, counts_per_s(value))
@@ -237,7 +243,7 @@ class Table(Form):
         text = re.sub(
             r"^0x(?=[0-9a-f]{2,}$)",
             "",
-            re.sub(r"^b(?=['\"])", "", self._cell(row, "data")).strip("[]()'\" "),
+            re.sub(r"^(?:b(?=['\"])|x\|)", "", self._cell(row, "data")).strip("[]()'\" "),
             flags=re.I,
         )
         if re.fullmatch("(?:[0-9a-f]{2})*", text, re.I):

@@ -57,6 +57,7 @@ _FOREIGN = (
     ("PK\x03\x04", "packed by zip: unpack it"),
     ("\x1f\x8b", "packed by gzip: add .gz to its name"),
     ("version https://git-lfs", "a pointer of Git LFS and not the log: git lfs pull"),
+    ("@ TEXT @", "a trace of CANHacker: convert it to a table with the columns time_ms, id (hex) and data"),
     ("***BUSMASTER", "a log of BUSMASTER: export it as .asc"),
     (";$FILEVERSION", "a .trc log under another ending: rename it"),
     ("date ", "an .asc log under another ending: rename it"),

@@ -53,6 +53,11 @@ TABLES = {
     "a data set without header": ("",
         "1478198376.389427,0100,8,10,0e,00,00,00,00,00,ff,R\n",
         "1478198376.409427,18fef100,8,01,02,03,04,05,06,07,08,R\n"),
+    "canalyst": (
+        "Index,System Time,Time Stamp,Channel,Direction,ID,Type,Format,Length,Data\n",
+        '0,"17:54:36.000.0",0xAB03EB,ch1,Receive,0x0100,DataFrame,StandardFrame,0x08,"x| 10 0E 00 00 00 00 00 FF"\n',
+        '1,"17:54:36.020.0",0xAB04B3,ch1,Receive,0x18FEF100,DataFrame,ExtendedFrame,0x08,"x| 01 02 03 04 05 06 07 08"\n',
+    ),
     "iso times": (
         "Timestamp,CAN ID,Data\n",
         "2025-03-04T10:11:12.000,100,10 0E 00 00 00 00 00 FF\n",

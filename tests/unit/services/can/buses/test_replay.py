@@ -122,6 +122,7 @@ def test_in_lockstep_every_step_of_the_clock_is_a_step_of_two_buses_of_one_log(t
     ("name", "text", "complaint"),
     [
         ("drive.txt", "", r"buses\[0\].recording: drive.txt does not end in one of .asc, .blf"),
+        ("drive.candump", "(1714550400.0) can0 123#11\n", r"does not end in .*; it is a candump log under another ending: rename"),
         ("none.log", None, r"buses\[0\].recording: there is no file"),
         ("drive.mf4", "", r"buses\[0\].recording: drive.mf4 takes the package asammdf: pip install asammdf"),
         ("drive.blf", "nonsense", r"buses\[0\].recording: drive.blf holds no frame to replay; 1 malformed, first drive.blf: after"),
