@@ -22,7 +22,8 @@ from services.arbiter.state import Sighting
 ANSWERED = frozenset({"closing_lead", "slow_traffic", "pedestrian"})
 """Hazards of road users: what they need of the driver is known from gap and closing speed."""
 CONFIRMING = 3
-"""Pictures of the last `watching.KEPT_NS` that show a doubted person in the path before a warning: as the orchestrator asks."""
+"""Pictures of the last `watching.KEPT_NS` that show a doubted person, or a vehicle that comes, in the path before a warning: as the
+orchestrator asks."""
 AT_ONCE_S = 2.0
 """A person known for a while is told of at the first picture in the path when met so soon: as the orchestrator's alarm."""
 HAZARDS: dict[str, str] = {"vehicle": "closing_lead", "pedestrian": "pedestrian", "cyclist": "pedestrian"}
@@ -94,14 +95,15 @@ def _needs_braking(numbers: Numbers, view: View, profile: Profile) -> bool:
 def _confirmed(numbers: Numbers, sightings: tuple[Sighting, ...], profile: Profile) -> bool:
     """Whether a person is certain or was seen in the path often enough, or known for a while where no time is left.
 
-    Ghosts of people last one or two pictures, and so do steps of a walker beside the path. Of vehicles `is_vehicle_there` asks as much.
+    Ghosts of people last one or two pictures, and so do steps of a walker beside the path. A vehicle that comes towards the ego has to be
+    seen in the path often enough: one of the other lane lies in ours for a look or two. Of other vehicles `is_vehicle_there` asks enough.
     """
     track = numbers.track
-    if track.kind == "vehicle" or track.confidence >= profile.act_confidence:
-        return True
-    if track.age_s >= profile.hazard_known_s and numbers.ttc_s is not None and numbers.ttc_s < AT_ONCE_S:
-        return True
-    return sum(each.track_id == track.track_id for each in sightings) >= CONFIRMING
+    often = sum(each.track_id == track.track_id for each in sightings) >= CONFIRMING
+    if track.kind == "vehicle":
+        return often or not track.oncoming
+    known = track.age_s >= profile.hazard_known_s and numbers.ttc_s is not None and numbers.ttc_s < AT_ONCE_S
+    return often or known or track.confidence >= profile.act_confidence
 
 
 def _queued(numbers: Numbers, view: View, next_m: float, profile: Profile) -> bool:

@@ -138,13 +138,18 @@ def known(track: Track) -> bool:
 
 
 def watch(gaps: tuple[GapSeen, ...], world: WorldState) -> tuple[GapSeen, ...]:
-    """The sightings of the last moments with those of this picture."""
+    """The sightings of the last moments with those of this picture.
+
+    A vehicle of the other lane that seems to drift towards ours, by a speed sideways that is hardly measured, is not seen well in the way.
+    """
     if world.actors is None:
         return gaps
     stamp_ns = world.actors.stamp_ns
     known = {gap.track_id for gap in gaps if gap.stamp_ns == stamp_ns}
     new = (
-        GapSeen(track_id=t.track_id, x_m=t.x_m, stamp_ns=stamp_ns, well=well_seen(t))
+        GapSeen(
+            track_id=t.track_id, x_m=t.x_m, stamp_ns=stamp_ns, well=well_seen(t) and (t.in_ego_path or not t.oncoming)
+        )
         for t in tracks(world)
         if t.track_id not in known and crosses(t)
     )

@@ -310,3 +310,15 @@ def test_the_arbiter_is_asked_about_all_road_users_in_the_path() -> None:
     assert asked.lead is not None
     assert asked.pedestrian is not None
     assert {each.track_id for each in (asked.lead, asked.pedestrian, *asked.others)} == {0, 1, 2, 3}
+
+
+@pytest.mark.parametrize("looks", [1, 2, 3, 4])
+def test_an_oncoming_car_that_seems_to_drift_is_told_of_once_three_pictures_show_it_in_the_way(looks: int) -> None:
+    drive = Drive(Played(arbiter=arbiter()), speed_mps=11.6)
+    drifts = {"oncoming": True, "vy_mps": -1.1, "sigma_vy_mps": 0.95, "confidence": 0.75}
+    for tick in range(9 + looks):
+        in_it = tick >= 9
+        gap_m, room_m = 80.0 - 3.5 * tick, -0.7 if in_it else 0.4
+        drive.tracks = (actor(gap_m, 35.0, y_m=1.2 if in_it else 2.3, clearance_m=room_m, in_ego_path=in_it, **drifts),)
+        drive.tick()
+    assert bool(drive.spoken()) is (looks >= 3)

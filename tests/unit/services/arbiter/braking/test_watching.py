@@ -25,6 +25,7 @@ from tests.unit.services.arbiter.support import (
     request,
     track,
     tracks,
+    watched,
     with_view,
 )
 
@@ -136,7 +137,23 @@ def test_nobody_else_hides_anyone_nor_is_a_person_hidden(next_one: dict[str, Any
     behind_it = track(gap_m=15.0, closing_mps=8.0, oncoming=True, **other)
     quiet = request(ego_speed_mps=4.0, fused=fused(new_information=False))
     inputs = with_view(mirror(quiet), actors=(track(track_id=8, **next_one), behind_it))
-    assert decide(quiet, replace(inputs, permission=Permission()), CALIBRATED).decision.hazard != ""
+    state = watched(inputs.state, inputs.reading.view, inputs.now_ns, CALIBRATED)
+    assert decide(quiet, replace(inputs, permission=Permission(), state=state), CALIBRATED).decision.hazard != ""
+
+
+@pytest.mark.parametrize("looks", range(5))
+@pytest.mark.parametrize("oncoming", [False, True])
+def test_a_vehicle_that_comes_is_shouted_about_once_three_pictures_show_it_in_the_way(
+    looks: int, *, oncoming: bool
+) -> None:
+    """`looks` before the present one."""
+    thing = track(gap_m=30.0, closing_mps=20.0, oncoming=oncoming)
+    quiet = request(thing, fused=fused(new_information=False))
+    inputs = mirror(quiet, permission=Permission())
+    seen = inputs.state.sightings
+    state = replace(inputs.state, sightings=seen[len(seen) - looks :])
+    hazard = decide(quiet, replace(inputs, state=state), CALIBRATED).decision.hazard
+    assert (hazard != "") is (not oncoming or looks >= 2)
 
 
 def test_ordinary_following_is_no_violation_though_the_papers_distance_says_so() -> None:
