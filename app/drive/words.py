@@ -86,6 +86,7 @@ def summary_lines(summary: Summary) -> list[str]:
         ("deadline misses", _misses(summary)),
         ("degraded ticks", f"{summary.degraded_ticks}"),
         ("late frames", f"{summary.late_frames}"),
+        *_too_slow(summary),
         ("encoder", summary.encoder),
         ("detector", summary.detector),
     ]
@@ -101,6 +102,21 @@ def summary_lines(summary: Summary) -> list[str]:
     if summary.log_trouble:
         rows.append(("log is not whole", summary.log_trouble))
     return [f"{name:21} {text}" for name, text in rows]
+
+
+DECISIONS_HZ, KEEPS_PACE, SETTLES_S = 10.0, 0.8, 10.0
+"""So often the stack decides where it follows a simulated drive in real time, and the share of it below which it does not."""
+
+
+def _too_slow(summary: Summary) -> list[tuple[str, str]]:
+    """That the machine did not follow a simulated drive, and what to do; nothing where it did, or where the drive is no simulation."""
+    if summary.infractions is None or summary.seconds < SETTLES_S or not summary.late_frames:
+        return []
+    rate_hz = summary.ticks / summary.seconds
+    if rate_hz >= KEEPS_PACE * DECISIONS_HZ:
+        return []
+    told = f"{rate_hz:.1f} decisions a second in place of {DECISIONS_HZ:.0f}, so that warnings came late or not at all"
+    return [("machine too slow", f"{told}: --lockstep lets the simulation wait")]
 
 
 def _or_unknown(value: float | int | None, pattern: str, unknown: str = "unknown") -> str:
