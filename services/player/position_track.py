@@ -99,12 +99,7 @@ def _read_once(path: Path, written_ns: int, size: int) -> tuple[tuple[Fix, ...],
     reader = READERS.get(path.suffix.lower())
     left = Left()
     if reader is None and not inside:
-        if path.read_bytes()[:2] in (b"$G", b"!A"):
-            raise UserError(f"{path}: its lines are sentences of NMEA 0183: rename it to {path.stem}.nmea")
-        raise UserError(
-            f"{path}: a position track is one of {', '.join(READERS)}, or a video with positions ({', '.join(SUFFIXES)}); "
-            "GPSBabel turns other kinds, as .kml, .fit and .tcx, into .gpx"
-        )
+        raise UserError(f"{path}: {_what_to_do(path)}")
     try:
         found = [Fix(*row) for row in embedded_rows(path)] if reader is None else list(reader(_text(path), left))
     except OSError as error:
@@ -126,6 +121,17 @@ def _read_once(path: Path, written_ns: int, size: int) -> tuple[tuple[Fix, ...],
         raise UserError(f"{path} holds {len(good)} fixes with time, latitude and longitude; a track needs two{told}")
     start_s = 0.0 if inside else timed[0].at_s
     return tuple(_moving(_of_one_unit([fix._replace(at_s=fix.at_s - start_s) for fix in good], left))), left
+
+
+def _what_to_do(path: Path) -> str:
+    """With a file of another ending."""
+    with contextlib.suppress(OSError), path.open("rb") as file:
+        if file.read(2) in (b"$G", b"!A"):
+            return f"its lines are sentences of NMEA 0183: rename it to {path.stem}.nmea"
+    return (
+        f"a position track is one of {', '.join(READERS)}, or a video with positions ({', '.join(SUFFIXES)}); "
+        "GPSBabel turns other kinds, as .kml, .fit and .tcx, into .gpx"
+    )
 
 
 def _text(path: Path) -> str:
