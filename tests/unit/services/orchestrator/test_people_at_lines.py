@@ -78,6 +78,17 @@ def test_a_line_that_is_seen_while_a_person_is_told_waits_for_the_end_of_these_w
     assert all(later - sooner >= 8 for (sooner, _), (later, _) in pairwise(said))
 
 
+def test_a_line_that_needs_firm_braking_does_not_wait_for_the_end_of_other_words() -> None:
+    drive = approaching(15.0, 35.0, until_s=1.0, light_from_s=0.4)
+    said = [
+        (tick, each.advisory.directive)
+        for tick, (_, _, each) in enumerate(drive.history)
+        if each.advisory.kind != "SILENT"
+    ]
+    assert [words for _, words in said] == ["Person ahead", "Stop: red light"]
+    assert said[1][0] - said[0][0] < 8
+
+
 def test_a_driver_who_does_not_stop_for_the_light_is_told_of_the_person_and_hears_the_alarm() -> None:
     said = approached(31.0, 35.0)
     assert said[0] == ("Stop: red light", "warning")
